@@ -1,0 +1,35 @@
+# A thin face over CMake: every target installs the Debian packages that it misses.
+BUILD := build
+JOBS := $(shell nproc)
+
+all: release
+
+deps:
+	@tools/deps.sh
+
+release: deps
+	@cmake --preset release -G Ninja $(if $(VERBOSE),,--log-level=WARNING) >/dev/null
+	@cmake --build $(BUILD) -j $(JOBS)
+
+dev: deps
+	@cmake --preset dev -G Ninja --log-level=WARNING >/dev/null
+	@cmake --build build-dev -j $(JOBS)
+
+demo: release
+	@$(BUILD)/bin/nacre demo
+
+# Everything on the release build; what is quick once more under the sanitizers.
+check: release dev
+	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+	@ctest --test-dir build-dev --output-on-failure -j $(JOBS) -LE slow
+
+bench: release
+	@$(BUILD)/bin/nacre bench
+
+format: deps
+	@git ls-files '*.c' '*.h' '*.cpp' | xargs clang-format -i
+
+clean:
+	@rm -rf build build-dev build-tsan demo-out
+
+.PHONY: all deps release dev demo check bench format clean

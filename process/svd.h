@@ -1,0 +1,9 @@
+// svd.h - singular values by LAPACK, on one thread: the same bytes on every run.
+#pragma once
+#include "core/err.h"
+
+// a[m][n] (destroyed) = sum over k < min(m, n) of s[k] u[.][k] vt[k][.], s falling.
+// u[m][r], s[r], vt[r][n] with r = min(m, n), all the caller's. ERR_DATA when a holds NaN or LAPACK
+// does not converge.
+bool svd(int m, int n, double *a, double *u, double *s, double *vt, struct err *e);
+bool svdf(int m, int n, float *a, float *u, float *s, float *vt, struct err *e);

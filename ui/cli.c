@@ -1,0 +1,239 @@
+// cli.c - finds the command, fills its struct from its option table, runs it.
+#define _GNU_SOURCE
+#include "ui/cli.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "ui/cli_help.h"
+#include "ui/doc.h"
+#include <limits.h>
+#include <math.h>
+#include <omp.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct global {
+    bool help, json, quiet, no_color;
+    int threads;
+};
+
+const struct opt cli_global_opts[] = {
+    {"help", OPT_FLAG, offsetof(struct global, help), .help = "show this text"},
+    {"json", OPT_FLAG, offsetof(struct global, json), .help = "print one JSON document on stdout"},
+    {"threads", OPT_INT, offsetof(struct global, threads), "N", "0",
+     "processor cores to use, 0 for all"},
+    {"quiet", OPT_FLAG, offsetof(struct global, quiet),
+     .help = "no notes and no progress, only errors"},
+    {"no-color", OPT_FLAG, offsetof(struct global, no_color),
+     .help = "plain text (also: NO_COLOR=1)"},
+    {0},
+};
+
+static const struct opt *find_opt(const struct opt *opts, const char *name, size_t len)
+{
+    for (; opts && opts->name; opts++)
+        if (strlen(opts->name) == len && !strncmp(opts->name, name, len))
+            return opts;
+    return NULL;
+}
+
+static bool is_choice(const char *choices, const char *text)
+{
+    const size_t len = strlen(text);
+    for (const char *s = choices; len; s++) {
+        const char *end = strchrnul(s, '|');
+        if ((size_t)(end - s) == len && !strncmp(s, text, len))
+            return true;
+        if (!*(s = end))
+            return false;
+    }
+    return false;
+}
+
+static bool store(void *args, const struct opt *o, const char *text, struct err *e)
+{
+    void *to = (char *)args + o->at;
+    double value;
+    switch (o->kind) {
+    case OPT_FLAG: *(bool *)to = true; return true;
+    case OPT_CHOICE:
+        if (!is_choice(o->arg, text))
+            return err_set(e, ERR_USAGE, "--%s: '%.60s' is not one of %s", o->name, text, o->arg);
+        *(const char **)to = text;
+        return true;
+    case OPT_TEXT:
+    case OPT_FILE:
+    case OPT_LIST: *(const char **)to = text; return true;
+    case OPT_INT: {
+        char *end;
+        const long n = strtol(text, &end, 10);
+        if (end == text || *end || n < INT_MIN || n > INT_MAX)
+            return err_set(e, ERR_USAGE, "--%s: '%.60s' is not a whole number", o->name, text);
+        *(int *)to = (int)n;
+        return true;
+    }
+    case OPT_NUM:
+        if (!quantity_parse(text, o->unit, &value, e))
+            return err_in(e, "--%s", o->name);
+        *(double *)to = value;
+        return true;
+    }
+    return false;
+}
+
+static bool set_defaults(void *args, const struct opt *opts, struct err *e)
+{
+    for (const struct opt *o = opts; o && o->name; o++) {
+        if (o->kind == OPT_NUM && !o->def)
+            *(double *)((char *)args + o->at) = NAN;
+        if (o->def && !store(args, o, o->def, e))
+            return false;
+    }
+    return true;
+}
+
+// A dash and a digit is a negative number, not an option.
+static bool is_option(const char *a)
+{
+    return a[0] == '-' && a[1] && !strchr("0123456789.", a[1]);
+}
+
+static bool parse(int argc, char **argv, const struct command *cmd, void *args, struct global *g,
+                  struct cli *cli, struct err *e)
+{
+    bool given[64] = {0}, only_operands = false;
+    for (int k = 0; k < argc; k++) {
+        char *a = argv[k];
+        if (only_operands || !is_option(a)) {
+            cli->operand[cli->n++] = a;
+            continue;
+        }
+        if (!strcmp(a, "--")) {
+            only_operands = true;
+            continue;
+        }
+        const char *name = a + 1 + (a[1] == '-');
+        const char *equals = strchr(name, '=');
+        const size_t len = equals ? (size_t)(equals - name) : strlen(name);
+        const struct opt *o = find_opt(cmd->opts, name, len);
+        void *into = args;
+        if (!o) {
+            o = find_opt(cli_global_opts, name, len);
+            into = g;
+        }
+        if (!o)
+            return err_set(e, ERR_USAGE, "unknown option %s; see nacre %s --help", a, cmd->name);
+        const char *value = equals ? equals + 1 : NULL;
+        if (o->kind == OPT_FLAG && value)
+            return err_set(e, ERR_USAGE, "--%s takes no value", o->name);
+        if (o->kind != OPT_FLAG && !value) {
+            if (k + 1 >= argc)
+                return err_set(e, ERR_USAGE, "%s needs a value: %s", a, o->arg ? o->arg : "VALUE");
+            value = argv[++k];
+        }
+        if (!store(into, o, value, e))
+            return false;
+        if (into == args)
+            given[o - cmd->opts] = true;
+    }
+    if (g->help)
+        return true;
+    for (const struct opt *o = cmd->opts; o && o->name; o++)
+        if (o->needed && !given[o - cmd->opts])
+            return err_set(e, ERR_USAGE, "needs %s%s %s; see nacre %s --help",
+                           o->name[1] ? "--" : "-", o->name, o->arg ? o->arg : "", cmd->name);
+    if (cli->n < cmd->min_operands)
+        return err_set(e, ERR_USAGE, "needs %s; see nacre %s --help", cmd->operands, cmd->name);
+    if (cli->n > cmd->max_operands)
+        return err_set(e, ERR_USAGE, "'%s' is one operand too many; see nacre %s --help",
+                       cli->operand[cmd->max_operands], cmd->name);
+    if (g->threads < 0)
+        return err_set(e, ERR_USAGE, "--threads: must be 0 or more");
+    return true;
+}
+
+static char *join(int argc, char **argv)
+{
+    char *line = xstrdup("nacre");
+    for (int k = 1; k < argc; k++) {
+        const bool quote = strpbrk(argv[k], " \t'\"$&|;()<>*?") || !*argv[k];
+        char *longer = xasprintf(quote ? "%s '%s'" : "%s %s", line, argv[k]);
+        free(line);
+        line = longer;
+    }
+    return line;
+}
+
+static int run(const struct command *cmd, int argc, char **argv)
+{
+    struct err e = {0};
+    struct global g = {0};
+    char *line = join(argc, argv);
+    struct cli cli = {.command = cmd->name, .line = line};
+    void *args = xcalloc(1, cmd->args_size);
+    cli.operand = xcalloc((size_t)argc, sizeof *cli.operand);
+    cli.doc = doc_new();
+    bool ok =
+        set_defaults(args, cmd->opts, &e) && parse(argc - 2, argv + 2, cmd, args, &g, &cli, &e);
+    if (ok && g.help) {
+        cli_help_command(cmd, stdout);
+    } else if (ok) {
+        log_quiet = g.quiet;
+        log_no_color = g.no_color || getenv("NO_COLOR");
+        cli.json = g.json;
+        cli.threads = g.threads;
+        if (g.threads)
+            omp_set_num_threads(g.threads);
+        ok = cmd->run(args, &cli, &e);
+        if (ok || e.code == ERR_PARTIAL)
+            doc_print(cli.doc, g.json, stdout);
+        if (fflush(stdout))
+            ok = err_errno(&e, "stdout");
+    }
+    if (!ok)
+        log_error("%s: %s", cmd->name, e.msg);
+    doc_free(cli.doc);
+    free(cli.operand);
+    free(args);
+    free(line);
+    return ok ? 0 : (int)e.code;
+}
+
+int cli_main(int argc, char **argv, const struct command *const commands[])
+{
+    const char *name = argc > 1 ? argv[1] : "--help";
+    for (const struct command *const *c = commands; *c; c++)
+        if (!strcmp((*c)->name, name))
+            return run(*c, argc, argv);
+    if (!strcmp(name, "--help") || !strcmp(name, "help") || !strcmp(name, "-h")) {
+        cli_help(commands, stdout);
+        return argc > 1 ? 0 : ERR_USAGE;
+    }
+    if (!strcmp(name, "--version")) {
+        puts("nacre " NACRE_VERSION);
+        return 0;
+    }
+    if (!strcmp(name, "completion")) {
+        cli_completion(commands, stdout);
+        return 0;
+    }
+    log_error("unknown command '%s'; nacre --help lists them", name);
+    return ERR_USAGE;
+}
+
+int cli_numbers(const char *text, enum unit unit, double *out, int max, struct err *e)
+{
+    char *copy = xstrdup(text), *save = NULL;
+    int n = 0;
+    bool ok = *text != 0;
+    for (char *t = strtok_r(copy, ",", &save); ok && t; t = strtok_r(NULL, ",", &save)) {
+        ok = n < max ? quantity_parse(t, unit, &out[n], e)
+                     : err_set(e, ERR_USAGE, "'%.60s' has more than %d values", text, max);
+        n += ok;
+    }
+    if (ok && !n)
+        ok = err_set(e, ERR_USAGE, "'%.60s' holds no value", text);
+    free(copy);
+    if (!*text)
+        err_set(e, ERR_USAGE, "an empty list");
+    return ok ? n : -1;
+}

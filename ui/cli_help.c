@@ -1,0 +1,90 @@
+// cli_help.c - --help and bash completion, made from the option tables so that they cannot drift.
+#define _GNU_SOURCE
+#include "ui/cli_help.h"
+#include "core/mem.h"
+#include <stdlib.h>
+#include <string.h>
+
+static void print_opts(const struct opt *opts, FILE *to)
+{
+    for (; opts && opts->name; opts++) {
+        const char *value = opts->kind == OPT_FLAG ? "" : opts->arg ? opts->arg : "VALUE";
+        char *left =
+            xasprintf("%s%s%s%s", opts->name[1] ? "--" : "-", opts->name, *value ? " " : "", value);
+        fprintf(to, strlen(left) > 26 ? "  %s\n%30s" : "  %-28s", left, "");
+        free(left);
+        fputs(opts->help, to);
+        if (opts->needed)
+            fputs(" (needed)", to);
+        else if (opts->def && strcmp(opts->def, "0"))
+            fprintf(to, " [%s]", opts->def);
+        fputc('\n', to);
+    }
+}
+
+void cli_help_command(const struct command *cmd, FILE *to)
+{
+    fprintf(to, "nacre %s - %s\n\nusage: nacre %s%s%s [options]\n", cmd->name, cmd->summary,
+            cmd->name, *cmd->operands ? " " : "", cmd->operands);
+    if (cmd->opts && cmd->opts->name) {
+        fputs("\noptions\n", to);
+        print_opts(cmd->opts, to);
+    }
+    fputs("\neverywhere\n", to);
+    print_opts(cli_global_opts, to);
+    if (cmd->notes)
+        fprintf(to, "\n%s\n", cmd->notes);
+}
+
+void cli_help(const struct command *const commands[], FILE *to)
+{
+    fputs("nacre " NACRE_VERSION " - measure how a surface diffracts light, and see it rendered\n\n"
+          "usage: nacre COMMAND [operands] [options]\n\n",
+          to);
+    for (const struct command *const *c = commands; *c; c++)
+        fprintf(to, "  %-12s %s\n", (*c)->name, (*c)->summary);
+    fputs("  completion   print the bash completion script\n\n"
+          "nacre COMMAND --help tells the options. Quantities carry units (530nm, 0.25um, 13deg, "
+          "1/60s);\n"
+          "bare numbers are SI. Exit: 0 done, 2 usage, 3 bad data, 4 hardware, 5 file system, 6 "
+          "partial.\n",
+          to);
+}
+
+static void print_words(const struct opt *opts, FILE *to)
+{
+    for (; opts && opts->name; opts++)
+        fprintf(to, "%s%s ", opts->name[1] ? "--" : "-", opts->name);
+}
+
+void cli_completion(const struct command *const commands[], FILE *to)
+{
+    fputs("# bash completion for nacre: source <(nacre completion)\n_nacre() {\n"
+          "    local cur=${COMP_WORDS[COMP_CWORD]} prev=${COMP_WORDS[COMP_CWORD-1]} opts=\n"
+          "    if [ \"$COMP_CWORD\" = 1 ]; then\n        COMPREPLY=($(compgen -W \"",
+          to);
+    for (const struct command *const *c = commands; *c; c++)
+        fprintf(to, "%s ", (*c)->name);
+    fputs("completion\" -- \"$cur\"))\n        return\n    fi\n    case \"${COMP_WORDS[1]} $prev\" "
+          "in\n",
+          to);
+    for (const struct command *const *c = commands; *c; c++)
+        for (const struct opt *o = (*c)->opts; o && o->name; o++)
+            if (o->kind == OPT_CHOICE) {
+                fprintf(to, "    '%s --%s') COMPREPLY=($(compgen -W \"", (*c)->name, o->name);
+                for (const char *s = o->arg; *s; s++)
+                    fputc(*s == '|' ? ' ' : *s, to);
+                fputs("\" -- \"$cur\")); return;;\n", to);
+            }
+    fputs("    esac\n    case \"${COMP_WORDS[1]}\" in\n", to);
+    for (const struct command *const *c = commands; *c; c++) {
+        fprintf(to, "    %s) opts=\"", (*c)->name);
+        print_words((*c)->opts, to);
+        fputs("\";;\n", to);
+    }
+    fputs("    esac\n    if [[ $cur == -* ]]; then\n        COMPREPLY=($(compgen -W \"$opts ", to);
+    print_words(cli_global_opts, to);
+    fputs("\" -- \"$cur\"))\n    else\n        COMPREPLY=($(compgen -f -- \"$cur\"))\n    fi\n}\n"
+          "complete -o filenames -F _nacre nacre\n",
+          to);
+}

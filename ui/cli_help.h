@@ -1,0 +1,9 @@
+// cli_help.h - what the option tables say to people and shells.
+#pragma once
+#include "ui/cli.h"
+
+extern const struct opt cli_global_opts[];
+
+void cli_help(const struct command *const commands[], FILE *to);
+void cli_help_command(const struct command *cmd, FILE *to);
+void cli_completion(const struct command *const commands[], FILE *to); // a bash script

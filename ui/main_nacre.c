@@ -1,0 +1,12 @@
+// main_nacre.c - the command line: this list, and nothing else.
+#include "ui/commands.h"
+
+static const struct command *const commands[] = {
+    &cmd_doctor,
+    NULL,
+};
+
+int main(int argc, char **argv)
+{
+    return cli_main(argc, argv, commands);
+}
