@@ -2,4 +2,5 @@
 #pragma once
 #include "ui/cli.h"
 
+extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
 extern const struct command cmd_doctor;

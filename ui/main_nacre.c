@@ -3,6 +3,7 @@
 
 static const struct command *const commands[] = {
     &cmd_doctor,
+    &cmd_bench,
     NULL,
 };
 

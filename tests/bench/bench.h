@@ -1,8 +1,9 @@
 // bench.h - run time against error: one file per stage (bench_<name>.c), listed in bench_list.c.
 //
-// A benchmark measures settings of one stage; every row has a time AND an error. Times are the median
-// of at least 5 runs after a warm-up (fewer when one run takes over 5 s; the row says how many);
-// comparisons are ratios within one run. Reference data absent: bench_note() it and use own cases.
+// A benchmark measures settings of one stage; every row has a time AND an error. Times are the
+// median of at least 5 runs after a warm-up (fewer when one run takes over 5 s; the row says how
+// many); comparisons are ratios within one run. Reference data absent: bench_note() it and use own
+// cases.
 #pragma once
 #include "core/err.h"
 #include <stdbool.h>
@@ -16,10 +17,14 @@ struct bench {
 
 extern const struct bench *const bench_list[]; // ends with NULL
 
-struct bench_time { double wall_s, cpu_s, peak_mb; int runs; };
+struct bench_time {
+    double wall_s, cpu_s, peak_mb;
+    int runs;
+};
 
 // Runs fn(ctx) once to warm up, then 5 times or more; false as soon as fn fails.
-bool bench_measure(bool (*fn)(void *ctx, struct err *e), void *ctx, struct bench_time *t, struct err *e);
+bool bench_measure(bool (*fn)(void *ctx, struct err *e), void *ctx, struct bench_time *t,
+                   struct err *e);
 
 // One row: "exact", "2048 nodes, tol 1e-3"; the error's kind ("relative L2 against truth.csv").
 void bench_row(struct bench_report *r, const char *method, const char *setting, struct bench_time t,
@@ -27,6 +32,7 @@ void bench_row(struct bench_report *r, const char *method, const char *setting, 
 // A named figure that is not a row ("ratio floor/exact", 4.7, "times").
 void bench_figure(struct bench_report *r, const char *what, double value, const char *unit);
 void bench_note(struct bench_report *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));
-bool bench_quick(const struct bench_report *r); // smaller sizes, fewer settings: under 10 s per stage
+bool bench_quick(
+    const struct bench_report *r); // smaller sizes, fewer settings: under 10 s per stage
 
 const char *bench_shared(const char *path); // path below the reference data, or NULL when absent
