@@ -182,7 +182,7 @@ void bench_report_end(struct bench_report *r)
         else if (l->bench == r->now)
             log_note("  %s", l->text);
     }
-    log_note("");
+    log_note(" ");
 }
 
 void bench_report_doc(const struct bench_report *r, struct doc *d)
