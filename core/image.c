@@ -68,13 +68,12 @@ bool image_channel(const struct image *im, int c, struct image *out, struct err 
     return true;
 }
 
-struct image_flaws image_flaws(const struct image *im)
+struct flaws image_flaws(const struct image *im)
 {
-    struct image_flaws f = {0};
+    struct flaws f = {0};
     const size_t row = (size_t)im->w * (size_t)im->nc, n = row * (size_t)im->h;
     for (size_t k = 0; k < n; k++)
         if (!isfinite(im->px[k]) && !f.n++)
-            f = (struct image_flaws){1, (int)(k % row) / im->nc, (int)(k / row),
-                                     (int)(k % row) % im->nc};
+            f = (struct flaws){1, (int)(k % row) / im->nc, (int)(k / row), (int)(k % row) % im->nc};
     return f;
 }

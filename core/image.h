@@ -26,8 +26,8 @@ bool image_channel(const struct image *im, int c, struct image *out, struct err 
 int image_channel_index(const struct image *im, const char *name);
 
 // Non-finite samples: their number, and the first one's place.
-struct image_flaws {
+struct flaws {
     long n;
     int i, j, c;
 };
-struct image_flaws image_flaws(const struct image *im);
+struct flaws image_flaws(const struct image *im);

@@ -16,4 +16,5 @@ bool image_write(const struct image *im, const char *path, struct err *e);
 // Refuse non-finite samples: "x.pfm: pixel (3, 7) is NaN (12 such samples)", ERR_DATA.
 bool image_check_finite(const struct image *im, const char *path, struct err *e);
 
-const char *path_ext(const char *path); // ".exr" in lower case, "" when there is none; static table
+// ".exr" in lower case, "" when there is none. Lives until the thread's eighth next call.
+const char *path_ext(const char *path);

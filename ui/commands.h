@@ -3,4 +3,5 @@
 #include "ui/cli.h"
 
 extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
+extern const struct command cmd_convert;
 extern const struct command cmd_doctor;

@@ -2,6 +2,7 @@
 #include "ui/commands.h"
 
 static const struct command *const commands[] = {
+    &cmd_convert,
     &cmd_doctor,
     &cmd_bench,
     NULL,
