@@ -5,3 +5,4 @@
 extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
 extern const struct command cmd_convert;
 extern const struct command cmd_doctor;
+extern const struct command cmd_lut;

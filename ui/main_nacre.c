@@ -4,6 +4,7 @@
 static const struct command *const commands[] = {
     &cmd_convert,
     &cmd_doctor,
+    &cmd_lut,
     &cmd_bench,
     NULL,
 };

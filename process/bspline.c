@@ -1,0 +1,113 @@
+// bspline.c - B-spline coefficients by two passes of a recursive filter per pole.
+#include "process/bspline.h"
+#include "core/mem.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LANES = 16 }; // lines filtered side by side
+
+// Poles of the inverse of the sampled basis (Unser 1999, table 1) and its gain.
+static int poles_of(int degree, double z[2], double *gain)
+{
+    if (degree == BSPLINE_CUBIC) {
+        z[0] = sqrt(3) - 2;
+        *gain = 6;
+        return 1;
+    }
+    z[0] = sqrt(135 / 2.0 - sqrt(17745 / 4.0)) + sqrt(105 / 4.0) - 13 / 2.0;
+    z[1] = sqrt(135 / 2.0 + sqrt(17745 / 4.0)) - sqrt(105 / 4.0) - 13 / 2.0;
+    *gain = 120;
+    return 2;
+}
+
+enum { START_TERMS = 40 }; // of the mirrored start sum: 0.431^40 = 2e-15
+
+void bspline_fit_line(double *c, int n, int degree)
+{
+    double z[2], gain;
+    const int poles = poles_of(degree, z, &gain);
+    if (n == 1)
+        return;
+    for (int i = 0; i < n; i++)
+        c[i] *= gain;
+    for (int p = 0; p < poles; p++) {
+        double sum = c[0], power = 1;
+        for (int k = 1; k < START_TERMS; k++)
+            sum += (power *= z[p]) * c[bspline_mirror(k, n)];
+        c[0] = sum;
+        for (int i = 1; i < n; i++)
+            c[i] += z[p] * c[i - 1];
+        c[n - 1] = z[p] / (z[p] * z[p] - 1) * (c[n - 1] + z[p] * c[n - 2]);
+        for (int i = n - 2; i >= 0; i--)
+            c[i] = z[p] * (c[i + 1] - c[i]);
+    }
+}
+
+// c[n][LANES], n >= 2
+__attribute__((target_clones("avx512f", "avx2", "default"))) static void fit_lanes(float *c, int n,
+                                                                                   int degree)
+{
+    double z[2], gain;
+    const int poles = poles_of(degree, z, &gain);
+    for (int k = 0; k < n * LANES; k++)
+        c[k] *= (float)gain;
+    for (int p = 0; p < poles; p++) {
+        const float pole = (float)z[p], end = (float)(z[p] / (z[p] * z[p] - 1));
+        float sum[LANES] = {0}, power = 1;
+        for (int k = 0; k < START_TERMS; k++, power *= pole)
+            for (int q = 0; q < LANES; q++)
+                sum[q] += power * c[bspline_mirror(k, n) * LANES + q];
+        memcpy(c, sum, sizeof sum);
+        for (float *row = c + LANES; row < c + n * LANES; row += LANES)
+            for (int q = 0; q < LANES; q++)
+                row[q] += pole * row[q - LANES];
+        float *last = c + (n - 1) * LANES;
+        for (int q = 0; q < LANES; q++)
+            last[q] = end * (last[q] + pole * last[q - LANES]);
+        for (float *row = last - LANES; row >= c; row -= LANES)
+            for (int q = 0; q < LANES; q++)
+                row[q] = pole * (row[q + LANES] - row[q]);
+    }
+}
+
+// LANES lines of n samples each go through a buffer [n][LANES]: sample i of line q is
+// px[q * line_step + i * step].
+static void fit_lines(float *px, int n, int lines, size_t line_step, size_t step, int degree)
+{
+    if (n < 2)
+        return;
+#pragma omp parallel
+    {
+        float *buf = xcalloc((size_t)n * LANES, sizeof *buf);
+#pragma omp for
+        for (int q0 = 0; q0 < lines; q0 += LANES) {
+            const int used = lines - q0 < LANES ? lines - q0 : LANES;
+            for (int i = 0; i < n; i++)
+                for (int q = 0; q < used; q++)
+                    buf[i * LANES + q] = px[(size_t)(q0 + q) * line_step + (size_t)i * step];
+            fit_lanes(buf, n, degree);
+            for (int i = 0; i < n; i++)
+                for (int q = 0; q < used; q++)
+                    px[(size_t)(q0 + q) * line_step + (size_t)i * step] = buf[i * LANES + q];
+        }
+        free(buf);
+    }
+}
+
+void bspline_fit_image(float *px, int w, int h, int degree)
+{
+    fit_lines(px, w, h, (size_t)w, 1, degree);
+    fit_lines(px, h, w, 1, (size_t)w, degree);
+}
+
+double bspline_basis(int degree, double x)
+{
+    // Truncated powers: sum over k of (-1)^k binomial(n + 1, k) (x + (n + 1) / 2 - k)_+^n / n!
+    static const double binomial[2][7] = {{1, 4, 6, 4, 1}, {1, 6, 15, 20, 15, 6, 1}};
+    const double half = 0.5 * (degree + 1), from = half - fabs(x);
+    double sum = 0;
+    for (int k = 0; k < from; k++)
+        sum += (k % 2 ? -1 : 1) * binomial[degree == BSPLINE_QUINTIC][k] * pow(from - k, degree);
+    return sum / (degree == BSPLINE_CUBIC ? 6 : 120);
+}

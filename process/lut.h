@@ -1,0 +1,52 @@
+// lut.h - the diffraction table from one photograph (T17 section 4, eq. 15; docs/lut.md).
+//
+//   S_d(h) = 1 / (4 pi^2 F0^2) * integral (lm/l)^e Lm(h lm/l) P(l) cmf(l) dl
+//
+// with P scaled so that the integral of P ybar is 1, and Lm the pattern, taken at wavelength lm.
+// The shader then has f_diffraction = 4 pi^2 F^2 G S_d(h.t, h.b) (T17 eq. 10). Since l only scales
+// the radius, the integral is a correlation along the logarithm of the radius: LUT_EXACT.
+#pragma once
+#include "core/spectrum.h"
+#include "core/table.h"
+#include "process/lut_pattern.h"
+
+enum lut_method {
+    LUT_AUTO,    // the cheapest that keeps the tolerance
+    LUT_EXACT,   // log-radius resampling, one correlation per ray, resampling
+    LUT_SAMPLED, // per node a sum over wavelengths, cubic B-spline
+    LUT_FLOOR,   // T17's released program: 81 wavelengths, the pixel to the lower left
+};
+
+struct lut_request {
+    const struct lut_pattern *pattern;
+    double lambda_m; // of the pattern, 380..780 nm
+    const struct spectrum *light;
+    double f0;       // F at normal incidence, > 0
+    double exponent; // e: 2 reflectance patterns (T17 eq. 15), 4 shallow phase gratings (eq. 8)
+    int n;           // nodes, range and power of the table
+    double range;
+    int power;
+    bool is_rgb; // linear sRGB in place of XYZ
+    enum lut_method method;
+    double tolerance; // wanted relative L2 error
+    int wavelengths;  // LUT_SAMPLED: 2 or more, 0: by the tolerance
+};
+
+// What was done and what it cost.
+struct lut_report {
+    enum lut_method method;
+    char why[160];       // why this method, for a person
+    int wavelengths;     // LUT_SAMPLED, LUT_FLOOR
+    double skipped_band; // shares of the work that was not there, 0..1
+    double skipped_nodes;
+    double uncovered; // share of nodes whose band leaves what the photograph saw
+    double seconds;
+};
+
+// ERR_DATA for impossible requests; t untouched on failure. Same bytes for any number of threads.
+bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *report,
+               struct err *e);
+
+// The methods themselves: r is checked, t initialised.
+bool lut_sampled(const struct lut_request *r, struct table *t, struct lut_report *report,
+                 struct err *e);
