@@ -90,6 +90,41 @@ struct doc *doc_item(struct doc *d, const char *key)
     return item;
 }
 
+struct doc *doc_parse(const char *text)
+{
+    json_t *object = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
+    if (!json_is_object(object)) {
+        json_decref(object);
+        return NULL;
+    }
+    struct doc *d = xcalloc(1, sizeof *d);
+    d->object = object;
+    return d;
+}
+
+static const json_t *get(const struct doc *d, const char *key)
+{
+    const json_t *at = d->object;
+    for (const char *end; at && *key; key = *end ? end + 1 : end) {
+        end = strchrnul(key, '.');
+        char *name = xasprintf("%.*s", (int)(end - key), key);
+        at = json_object_get(at, name);
+        free(name);
+    }
+    return at;
+}
+
+double doc_get_num(const struct doc *d, const char *key)
+{
+    const json_t *v = get(d, key);
+    return json_is_number(v) ? json_number_value(v) : NAN;
+}
+
+const char *doc_get_text(const struct doc *d, const char *key)
+{
+    return json_string_value(get(d, key));
+}
+
 static void print_value(const json_t *v, FILE *to)
 {
     if (json_is_string(v))

@@ -1,0 +1,78 @@
+// child.c - a command of nacre in a process of its own.
+#define _GNU_SOURCE
+#include "ui/child.h"
+#include "core/datapath.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include <errno.h>
+#include <spawn.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+extern char **environ;
+
+static char *read_all(int fd)
+{
+    size_t n = 0, room = 4096;
+    char *text = xcalloc(room, 1);
+    for (ssize_t got; (got = read(fd, text + n, room - n - 1)) != 0;) {
+        if (got < 0 && errno != EINTR)
+            break;
+        n += got > 0 ? (size_t)got : 0;
+        if (n + 1 == room)
+            text = xrealloc(text, room *= 2, 1);
+    }
+    text[n] = 0;
+    return text;
+}
+
+bool child_run(const char *words, struct child *c, struct err *e)
+{
+    enum { MOST = 64 };
+    char *self = self_path(), *copy = xstrdup(words), *save = NULL, *argv[MOST] = {self};
+    int n = 1;
+    for (char *w = strtok_r(copy, " ", &save); w && n < MOST - 1; w = strtok_r(NULL, " ", &save))
+        argv[n++] = w;
+    int pipe_fd[2];
+    bool ok = !pipe(pipe_fd) || err_errno(e, "pipe");
+    if (ok) {
+        posix_spawn_file_actions_t act;
+        posix_spawn_file_actions_init(&act);
+        posix_spawn_file_actions_adddup2(&act, pipe_fd[1], STDOUT_FILENO);
+        posix_spawn_file_actions_addclose(&act, pipe_fd[0]);
+        posix_spawn_file_actions_addclose(&act, pipe_fd[1]);
+        pid_t pid;
+        const double start = now_s();
+        const int failed = posix_spawn(&pid, self, &act, NULL, argv, environ);
+        posix_spawn_file_actions_destroy(&act);
+        close(pipe_fd[1]);
+        if (failed) {
+            errno = failed;
+            ok = err_errno(e, "%s", self);
+        } else {
+            int status = 0;
+            struct child got = {.out = read_all(pipe_fd[0])};
+            waitpid(pid, &status, 0);
+            got.wall_s = now_s() - start;
+            got.status = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+            ok = WIFEXITED(status) ||
+                 err_set(e, ERR_PARTIAL, "nacre %s: ended by signal %d", words, WTERMSIG(status));
+            if (ok)
+                *c = got;
+            else
+                child_finish(&got);
+        }
+        close(pipe_fd[0]);
+    }
+    free(copy);
+    free(self);
+    return ok;
+}
+
+void child_finish(struct child *c)
+{
+    free(c->out);
+    *c = (struct child){0};
+}
