@@ -19,14 +19,16 @@ char *data_path(const char *name, struct err *e)
 {
     char *self = self_path();
     const char *below = dirname(self), *given = getenv("NACRE_DATA");
-    char *place[] = {given ? xasprintf("%s/%s", given, name) : NULL, xasprintf("%s/../../%s", below, name),
+    char *place[] = {given ? xasprintf("%s/%s", given, name) : NULL,
+                     xasprintf("%s/../../%s", below, name),
                      xasprintf("%s/../share/nacre/%s", below, name)};
     char *found = NULL;
     for (int k = 0; k < 3; k++)
         if (place[k] && !found && !access(place[k], R_OK))
             found = realpath(place[k], NULL);
     if (!found)
-        err_set(e, ERR_FILE, "%s: not found in %s nor in %s; set NACRE_DATA", name, place[1], place[2]);
+        err_set(e, ERR_FILE, "%s: not found in %s nor in %s; set NACRE_DATA", name, place[1],
+                place[2]);
     for (int k = 0; k < 3; k++)
         free(place[k]);
     free(self);

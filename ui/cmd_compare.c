@@ -15,7 +15,8 @@ struct args {
 static const struct opt opts[] = {
     {"scale", OPT_CHOICE, offsetof(struct args, scale), "one|best", "one",
      "compare as they are, or after the one factor that fits best"},
-    {"o", OPT_FILE, offsetof(struct args, out), "MAP.png", .help = "write the error as a false-colour picture"},
+    {"o", OPT_FILE, offsetof(struct args, out), "MAP.png",
+     .help = "write the error as a false-colour picture"},
     {0},
 };
 
@@ -26,7 +27,8 @@ struct difference {
     long samples, left_out;
 };
 
-// Colour channels only: a table's cover, a picture's variance and mask say where to compare, not what.
+// Colour channels only: a table's cover, a picture's variance and mask say where to compare, not
+// what.
 static int colour_channels(const struct image *im)
 {
     return im->nc >= 3 ? 3 : 1;
@@ -37,7 +39,8 @@ static bool is_left_out(const struct image *im, int cover, size_t k)
     return cover >= 0 && !(im->px[k * (size_t)im->nc + (size_t)cover] > 0);
 }
 
-static struct difference compare(const struct image *a, const struct image *b, bool best, struct image *map)
+static struct difference compare(const struct image *a, const struct image *b, bool best,
+                                 struct image *map)
 {
     struct difference d = {.scale = 1};
     const int nc = colour_channels(a), cover = image_channel_index(a, "cover");
@@ -105,13 +108,15 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct image a = {0}, b = {0}, map = {0};
     bool ok = image_read(&a, cli->operand[0], e) && image_read(&b, cli->operand[1], e);
     if (ok && (a.w != b.w || a.h != b.h || colour_channels(&a) != colour_channels(&b)))
-        ok = err_set(e, ERR_DATA, "%s is %d x %d x %d, %s is %d x %d x %d: sizes must agree", cli->operand[0],
-                     a.w, a.h, colour_channels(&a), cli->operand[1], b.w, b.h, colour_channels(&b));
+        ok = err_set(e, ERR_DATA, "%s is %d x %d x %d, %s is %d x %d x %d: sizes must agree",
+                     cli->operand[0], a.w, a.h, colour_channels(&a), cli->operand[1], b.w, b.h,
+                     colour_channels(&b));
     ok = ok && image_init(&map, a.w, a.h, 1, e);
     if (ok) {
         const struct difference d = compare(&a, &b, !strcmp(args->scale, "best"), &map);
         if (!d.samples || !(d.sum_bb > 0))
-            ok = err_set(e, ERR_DATA, "%s: nothing to compare with: all samples are zero, missing or uncovered",
+            ok = err_set(e, ERR_DATA,
+                         "%s: nothing to compare with: all samples are zero, missing or uncovered",
                          cli->operand[1]);
         if (ok && args->out)
             ok = write_map(&map, d.peak, args->out, e);
@@ -138,8 +143,10 @@ const struct command cmd_compare = {
     .max_operands = 2,
     .opts = opts,
     .args_size = sizeof(struct args),
-    .notes = "Errors are relative to TRUTH. Samples that are NaN in either, or that A's cover channel marks as not\n"
-             "measured, are left out and counted. The map's scale is logarithmic: black is 1e-4 of TRUTH's peak,\n"
+    .notes = "Errors are relative to TRUTH. Samples that are NaN in either, or that A's cover "
+             "channel marks as not\n"
+             "measured, are left out and counted. The map's scale is logarithmic: black is 1e-4 of "
+             "TRUTH's peak,\n"
              "bright the peak itself, grey not compared.",
     .run = run,
 };

@@ -4,5 +4,7 @@
 
 extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
 extern const struct command cmd_convert;
+extern const struct command cmd_compare;
+extern const struct command cmd_deconvolve;
 extern const struct command cmd_doctor;
 extern const struct command cmd_lut;

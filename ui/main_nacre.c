@@ -3,6 +3,7 @@
 
 static const struct command *const commands[] = {
     &cmd_convert,
+    &cmd_compare, &cmd_deconvolve,
     &cmd_doctor,
     &cmd_lut,
     &cmd_bench,
