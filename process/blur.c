@@ -21,7 +21,7 @@ struct blur {
     int px, py, fw, fh;
 };
 
-enum { LANES = 32, BAND = 64 }; // samples kept in registers; rows that a core does at a time
+enum { LANES = 32, BAND = 256 }; // samples kept in registers; rows that a core does at a time
 
 // Index of the reflected sample; |i| may exceed the side by any amount.
 static int reflect(int i, int n)
@@ -31,20 +31,27 @@ static int reflect(int i, int n)
     return i < n ? i : period - 1 - i;
 }
 
-// out[i] = k[0] in[i] + sum over m of k[m] (in[i - m] + in[i + m]); `step` is 1 along a row. For the
-// pass down the columns the rows come through pointers: row[m] for m in -radius..radius.
-__attribute__((target_clones("avx512f", "avx2,fma", "default"))) static void
-row_pass(const float *in, float *out, int n, const float *k, int radius)
+// Sixteen samples, loaded from anywhere. Without AVX-512 the compiler takes two or four registers
+// for it.
+typedef float vec __attribute__((vector_size(64), aligned(4), may_alias));
+
+// A macro: a function that returns a vec would have another ABI in each clone.
+#define load(p) (*(const vec *)(p))
+
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+
+// out[i] = k[0] in[i] + sum over m of k[m] (in[i - m] + in[i + m]), along a row.
+CLONES static void row_pass(const float *in, float *out, int n, const float *k, int radius)
 {
     int i = 0;
     for (; i + LANES <= n; i += LANES) {
-        float sum[LANES];
-        for (int l = 0; l < LANES; l++)
-            sum[l] = k[0] * in[i + l];
-        for (int m = 1; m <= radius; m++)
-            for (int l = 0; l < LANES; l++)
-                sum[l] += k[m] * (in[i + l - m] + in[i + l + m]);
-        memcpy(out + i, sum, sizeof sum);
+        vec a = k[0] * load(in + i), b = k[0] * load(in + i + 16);
+        for (int m = 1; m <= radius; m++) {
+            a += k[m] * (load(in + i - m) + load(in + i + m));
+            b += k[m] * (load(in + i + 16 - m) + load(in + i + 16 + m));
+        }
+        *(vec *)(out + i) = a;
+        *(vec *)(out + i + 16) = b;
     }
     for (; i < n; i++) {
         float sum = k[0] * in[i];
@@ -54,20 +61,19 @@ row_pass(const float *in, float *out, int n, const float *k, int radius)
     }
 }
 
-__attribute__((target_clones("avx512f", "avx2,fma", "default"))) static void
-column_pass(const float *const *row, float *out, int n, const float *k, int radius)
+// The same down the columns; row[m] for m in -radius..radius are the rows around.
+CLONES static void column_pass(const float *const *row, float *out, int n, const float *k,
+                               int radius)
 {
     int i = 0;
     for (; i + LANES <= n; i += LANES) {
-        float sum[LANES];
-        for (int l = 0; l < LANES; l++)
-            sum[l] = k[0] * row[0][i + l];
+        vec a = k[0] * load(row[0] + i), b = k[0] * load(row[0] + i + 16);
         for (int m = 1; m <= radius; m++) {
-            const float *a = row[-m] + i, *b = row[m] + i;
-            for (int l = 0; l < LANES; l++)
-                sum[l] += k[m] * (a[l] + b[l]);
+            a += k[m] * (load(row[-m] + i) + load(row[m] + i));
+            b += k[m] * (load(row[-m] + i + 16) + load(row[m] + i + 16));
         }
-        memcpy(out + i, sum, sizeof sum);
+        *(vec *)(out + i) = a;
+        *(vec *)(out + i + 16) = b;
     }
     for (; i < n; i++) {
         float sum = k[0] * row[0][i];
@@ -77,11 +83,18 @@ column_pass(const float *const *row, float *out, int n, const float *k, int radi
     }
 }
 
-// A band of rows: blur along the rows into a buffer that also holds the band's neighbours, then down it.
-static void direct_band(const struct blur *b, const float *in, float *out, int first, int last, float *line,
-                        float *rows, const float **row)
+// Rows of 2^n samples would all fall into the same lines of the cache.
+static size_t row_stride(int w)
 {
-    const int w = b->w, r = b->radius;
+    return ((size_t)w + 15) / 16 * 16 + 16;
+}
+
+// A band of rows: each row is blurred along itself into a ring of as many rows as the kernel is
+// high; once the ring is full, every new row completes one row of the result.
+static void direct_band(const struct blur *b, const float *in, float *out, int first, int last,
+                        float *line, float *ring, const float **row)
+{
+    const int w = b->w, r = b->radius, high = 2 * r + 1;
     for (int j = first - r; j < last + r; j++) {
         const float *from = in + (size_t)reflect(j, b->h) * (size_t)w;
         memcpy(line + r, from, (size_t)w * sizeof *line);
@@ -89,28 +102,29 @@ static void direct_band(const struct blur *b, const float *in, float *out, int f
             line[r - m] = from[reflect(-m, w)];
             line[r + w - 1 + m] = from[reflect(w - 1 + m, w)];
         }
-        float *to = rows + (size_t)(j - first + r) * (size_t)w;
+        const int k = j - first + r;
+        float *to = ring + (size_t)(k % high) * row_stride(w);
         row_pass(line + r, to, w, b->kernel, r);
-        row[j - first + r] = to;
+        row[k] = to;
+        if (k >= 2 * r)
+            column_pass(row + (k - r), out + (size_t)(j - r) * (size_t)w, w, b->kernel, r);
     }
-    for (int j = first; j < last; j++)
-        column_pass(row + (j - first + r), out + (size_t)j * (size_t)w, w, b->kernel, r);
 }
 
 static void direct(const struct blur *b, const float *in, float *out)
 {
     const int bands = (b->h + BAND - 1) / BAND;
-    const size_t height = (size_t)(BAND + 2 * b->radius);
 #pragma omp parallel
     {
         float *line = xcalloc((size_t)(b->w + 2 * b->radius), sizeof *line);
-        float *rows = xcalloc(height * (size_t)b->w, sizeof *rows);
-        const float **row = xcalloc(height, sizeof *row);
+        float *ring = xcalloc((size_t)(2 * b->radius + 1) * row_stride(b->w), sizeof *ring);
+        const float **row = xcalloc((size_t)(BAND + 2 * b->radius), sizeof *row);
 #pragma omp for schedule(static)
         for (int k = 0; k < bands; k++)
-            direct_band(b, in, out, k * BAND, (k + 1) * BAND < b->h ? (k + 1) * BAND : b->h, line, rows, row);
+            direct_band(b, in, out, k * BAND, (k + 1) * BAND < b->h ? (k + 1) * BAND : b->h, line,
+                        ring, row);
         free(row);
-        free(rows);
+        free(ring);
         free(line);
     }
 }
@@ -143,8 +157,8 @@ void blur_apply(struct blur *b, const float *in, float *out)
                 in[(size_t)reflect(j, b->h) * (size_t)b->w + (size_t)reflect(i, b->w)];
     convolve(b, false);
     for (int j = 0; j < b->h; j++)
-        memcpy(out + (size_t)j * (size_t)b->w, b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px,
-               (size_t)b->w * sizeof *out);
+        memcpy(out + (size_t)j * (size_t)b->w,
+               b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px, (size_t)b->w * sizeof *out);
 }
 
 void blur_adjoint(struct blur *b, const float *in, float *out)
@@ -155,8 +169,8 @@ void blur_adjoint(struct blur *b, const float *in, float *out)
     }
     memset(b->plane, 0, (size_t)b->fw * (size_t)b->fh * sizeof *b->plane);
     for (int j = 0; j < b->h; j++)
-        memcpy(b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px, in + (size_t)j * (size_t)b->w,
-               (size_t)b->w * sizeof *in);
+        memcpy(b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px,
+               in + (size_t)j * (size_t)b->w, (size_t)b->w * sizeof *in);
     convolve(b, true);
     memset(out, 0, (size_t)b->w * (size_t)b->h * sizeof *out);
     for (int j = -b->py; j < b->h + b->py; j++) // what was reflected outwards folds back
@@ -181,7 +195,8 @@ void blur_free(struct blur *b)
 struct blur *blur_psf(int w, int h, const float *psf, int pw, int ph, struct err *e)
 {
     if (pw > w || ph > h) {
-        err_set(e, ERR_DATA, "a PSF of %d x %d is larger than the picture of %d x %d", pw, ph, w, h);
+        err_set(e, ERR_DATA, "a PSF of %d x %d is larger than the picture of %d x %d", pw, ph, w,
+                h);
         return NULL;
     }
     double sum = 0;
@@ -215,13 +230,15 @@ struct blur *blur_psf(int w, int h, const float *psf, int pw, int ph, struct err
     for (int q = 0; q < ph; q++)
         for (int p = 0; p < pw; p++) {
             const int i = (p - pw / 2 + b->fw) % b->fw, j = (q - ph / 2 + b->fh) % b->fh;
-            b->plane[(size_t)j * (size_t)b->fw + (size_t)i] = (float)((double)psf[q * pw + p] * scale);
+            b->plane[(size_t)j * (size_t)b->fw + (size_t)i] =
+                (float)((double)psf[q * pw + p] * scale);
         }
     fft_run(b->forward, b->plane, b->psf);
     return b;
 }
 
-// The Gaussian integrated over each pixel would blur by the pixel twice: the samples of the curve are it.
+// The Gaussian integrated over each pixel would blur by the pixel twice: the samples of the curve
+// are it.
 static float *gauss_kernel(double sigma_px, int radius)
 {
     float *k = xcalloc((size_t)radius + 1, sizeof *k);
@@ -237,11 +254,14 @@ struct blur *blur_gauss(int w, int h, double sigma_px, struct err *e)
 {
     const int side = w < h ? w : h;
     if (!(sigma_px > 0) || sigma_px > side / 4.0) {
-        err_set(e, ERR_DATA, "sigma %g px: must be positive and at most a quarter of the smaller side (%d px)",
+        err_set(e, ERR_DATA,
+                "sigma %g px: must be positive and at most a quarter of the smaller side (%d px)",
                 sigma_px, side);
         return NULL;
     }
-    enum { FFT_RADIUS = 110 }; // measured at 1024 x 1024, one thread: beyond it two FFTs are cheaper
+    enum {
+        FFT_RADIUS = 110
+    }; // measured at 1024 x 1024, one thread: beyond it two FFTs are cheaper
     const int radius = (int)ceil(4.5 * sigma_px);
     float *kernel = gauss_kernel(sigma_px, radius);
     if (radius <= FFT_RADIUS || 2 * radius + 1 > side) {

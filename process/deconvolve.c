@@ -13,7 +13,7 @@ struct rl {
     size_t n;
     const float *data; // [h][w], >= 0
     float *keep;       // [h][w] 1 where a sample is used, 0 where held out; NULL: all used
-    float *norm;       // [h][w] H^T keep; NULL: 1 everywhere
+    float *norm;       // [h][w] H^T keep
     float *model;      // [h][w] H u
     float *step;       // [h][w] scratch
     double least;      // a model sample under it counts as dark: no division
@@ -43,14 +43,26 @@ static float curvature(const struct rl *r, const float *u, int i, int j, float s
     const int w = r->w, left = i > 0 ? i - 1 : i, right = i < w - 1 ? i + 1 : i;
     const int up = j > 0 ? j - 1 : j, down = j < r->h - 1 ? j + 1 : j;
 #define U(p, q) u[(size_t)(q) * (size_t)w + (size_t)(p)]
-#define SLOPE(p, q, pr, qd) sqrtf((U(pr, q) - U(p, q)) * (U(pr, q) - U(p, q)) +                    \
-                                  (U(p, qd) - U(p, q)) * (U(p, qd) - U(p, q)) + smooth * smooth)
-    const float here = SLOPE(i, j, right, down), west = SLOPE(left, j, i, down), north = SLOPE(i, up, right, j);
+#define SLOPE(p, q, pr, qd)                                                                        \
+    sqrtf((U(pr, q) - U(p, q)) * (U(pr, q) - U(p, q)) +                                            \
+          (U(p, qd) - U(p, q)) * (U(p, qd) - U(p, q)) + smooth * smooth)
+    const float here = SLOPE(i, j, right, down), west = SLOPE(left, j, i, down),
+                north = SLOPE(i, up, right, j);
     const float c = (U(right, j) - U(i, j)) / here - (U(i, j) - U(left, j)) / west +
                     (U(i, down) - U(i, j)) / here - (U(i, j) - U(i, up)) / north;
 #undef SLOPE
 #undef U
     return c;
+}
+
+// The factor of total variation (Dey et al. 2006); |curvature| <= 4 and tv < 0.1 keep it positive.
+static void pull_flat(const struct rl *r, const float *u, float *factor)
+{
+    const float smooth = (float)(1e6 * r->least), tv = (float)r->tv;
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < r->h; j++)
+        for (int i = 0; i < r->w; i++)
+            factor[(size_t)j * (size_t)r->w + (size_t)i] /= 1 - tv * curvature(r, u, i, j, smooth);
 }
 
 // One iteration: next from u. `model` is left holding H u.
@@ -65,21 +77,20 @@ static void iterate(struct rl *r, const float *u, float *next)
             r->step[k] = r->keep ? r->keep[k] * ratio : ratio;
         }
     blur_adjoint(r->b, r->step, next);
-    const float smooth = (float)(1e6 * r->least), tv = (float)r->tv;
+    if (r->tv > 0)
+        pull_flat(r, u, next);
+    const float *norm = r->norm;
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < r->h; j++)
-        for (int i = 0; i < r->w; i++) {
-            const size_t k = (size_t)j * (size_t)r->w + (size_t)i;
-            float factor = next[k];
-            if (r->norm)
-                factor = r->norm[k] > 1e-6f ? factor / r->norm[k] : 1;
-            if (tv > 0)
-                factor /= fmaxf(0.1f, 1 - tv * curvature(r, u, i, j, smooth));
-            next[k] = u[k] * fmaxf(0, factor); // an FFT's adjoint may dip under 0 by rounding
+        for (size_t k = (size_t)j * (size_t)r->w, end = k + (size_t)r->w; k < end; k++) {
+            const float factor = norm[k] > 1e-6f ? next[k] / norm[k] : 1;
+            next[k] =
+                factor > 0 ? u[k] * factor : 0; // an FFT's adjoint may dip under 0 by rounding
         }
 }
 
-// The path u0, u1, ... with Biggs & Andrews' extrapolation when asked: alpha from successive changes.
+// The path u0, u1, ... with Biggs & Andrews' extrapolation when asked: alpha from successive
+// changes.
 struct path {
     struct rl *r;
     bool accelerate;
@@ -127,7 +138,8 @@ static void path_finish(struct path *p)
     free(p->change_last);
 }
 
-// Starts from the mean: the flattest picture with the data's flux, and no zero that could never grow.
+// Starts from the mean: the flattest picture with the data's flux, and no zero that could never
+// grow.
 static bool path_init(struct path *p, struct rl *r, bool accelerate, double mean, struct err *e)
 {
     *p = (struct path){.r = r, .accelerate = accelerate};
@@ -150,8 +162,8 @@ static uint32_t hash(uint32_t x)
 }
 
 // Runs with one sample in ten held out; the count at which the model predicts those best.
-static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt, double mean, int *best,
-                              bool *reached_most, struct err *e)
+static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt, double mean,
+                              int *best, bool *reached_most, struct err *e)
 {
     const int most = opt->most > 0 ? opt->most : 400;
     struct path p;
@@ -170,9 +182,10 @@ static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt
         for (int it = 0; it <= most; it++) { // each step leaves H u of the picture before it
             path_step(&p);
             double miss = 0;
-            SUM_ROWS(r, miss, r->keep[k] > 0 ? 0
-                                             : ((double)r->model[k] - (double)r->data[k]) *
-                                                   ((double)r->model[k] - (double)r->data[k]));
+            SUM_ROWS(r, miss,
+                     r->keep[k] > 0 ? 0
+                                    : ((double)r->model[k] - (double)r->data[k]) *
+                                          ((double)r->model[k] - (double)r->data[k]));
             if (miss < least) {
                 least = miss;
                 *best = it;
@@ -196,19 +209,22 @@ static bool check(int w, int h, const float *data, struct deconvolve_result *res
     const size_t n = (size_t)w * (size_t)h;
     for (size_t k = 0; k < n; k++) {
         if (!isfinite(data[k]))
-            return err_set(e, ERR_DATA, "pixel (%zu, %zu) is not finite", k % (size_t)w, k / (size_t)w);
+            return err_set(e, ERR_DATA, "pixel (%zu, %zu) is not finite", k % (size_t)w,
+                           k / (size_t)w);
         res->negative += data[k] < 0;
         res->flux_in += data[k] > 0 ? (double)data[k] : 0;
     }
     return res->flux_in > 0 || err_set(e, ERR_DATA, "the picture is black: nothing to deconvolve");
 }
 
-bool deconvolve(struct blur *b, int w, int h, const float *data, const struct deconvolve_options *opt,
-                float *out, struct deconvolve_result *result, struct err *e)
+bool deconvolve(struct blur *b, int w, int h, const float *data,
+                const struct deconvolve_options *opt, float *out, struct deconvolve_result *result,
+                struct err *e)
 {
     struct deconvolve_result res = {0};
     if (opt->iterations < 0 || opt->iterations > 100000)
-        return err_set(e, ERR_DATA, "bad number of iterations %d: must be 1 to 100000", opt->iterations);
+        return err_set(e, ERR_DATA, "bad number of iterations %d: must be 1 to 100000",
+                       opt->iterations);
     if (!(opt->tv >= 0 && opt->tv < 0.1))
         return err_set(e, ERR_DATA, "bad weight of total variation %g: must be 0 to 0.1", opt->tv);
     if (!check(w, h, data, &res, e))
@@ -231,7 +247,8 @@ bool deconvolve(struct blur *b, int w, int h, const float *data, const struct de
         r.data = clean;
         blur_adjoint(b, ones, r.norm); // 1 but for rounding when the PSF is symmetric
         res.iterations = opt->iterations;
-        ok = (opt->iterations || choose_iterations(&r, opt, mean, &res.iterations, &res.reached_most, e)) &&
+        ok = (opt->iterations ||
+              choose_iterations(&r, opt, mean, &res.iterations, &res.reached_most, e)) &&
              path_init(&p, &r, opt->accelerate, mean, e);
     }
     if (ok) {
@@ -239,12 +256,14 @@ bool deconvolve(struct blur *b, int w, int h, const float *data, const struct de
             path_step(&p);
         double flux = 0, miss = 0;
         SUM_ROWS(&r, flux, (double)p.u[k]);
-        const float scale = (float)(res.flux_in / flux); // takes rounding, and total variation's pull, back
+        const float scale =
+            (float)(res.flux_in / flux); // takes rounding, and total variation's pull, back
         for (size_t k = 0; k < r.n; k++)
             out[k] = scale * p.u[k];
         SUM_ROWS(&r, res.flux, (double)out[k]);
         blur_apply(b, out, r.model);
-        SUM_ROWS(&r, miss, ((double)r.model[k] - (double)clean[k]) * ((double)r.model[k] - (double)clean[k]));
+        SUM_ROWS(&r, miss,
+                 ((double)r.model[k] - (double)clean[k]) * ((double)r.model[k] - (double)clean[k]));
         res.residual = sqrt(miss / (double)r.n);
         *result = res;
     }

@@ -1,14 +1,17 @@
 // main_nacre.c - the command line: this list, and nothing else.
 #include "ui/commands.h"
 
+// clang-format off
 static const struct command *const commands[] = {
     &cmd_convert,
-    &cmd_compare, &cmd_deconvolve,
+    &cmd_compare,
+    &cmd_deconvolve,
     &cmd_doctor,
     &cmd_lut,
     &cmd_bench,
     NULL,
 };
+// clang-format on
 
 int main(int argc, char **argv)
 {
