@@ -8,3 +8,4 @@ extern const struct command cmd_compare;
 extern const struct command cmd_deconvolve;
 extern const struct command cmd_doctor;
 extern const struct command cmd_lut;
+extern const struct command cmd_render;

@@ -1,0 +1,11 @@
+# embed.cmake - writes OUT, a C file with one string per shader of IN (names from the file names).
+set(text "// Made by render/embed.cmake from render/shaders.\n#include \"render/shaders.h\"\n\n")
+foreach(file ${IN})
+    get_filename_component(name ${file} NAME_WE)
+    file(READ ${file} source)
+    string(REPLACE "\\" "\\\\" source "${source}")
+    string(REPLACE "\"" "\\\"" source "${source}")
+    string(REPLACE "\n" "\\n\"\n\"" source "${source}")
+    string(APPEND text "const char shader_${name}[] =\n\"${source}\";\n\n")
+endforeach()
+file(WRITE ${OUT} "${text}")

@@ -1,0 +1,97 @@
+// material.c - the reflectance in double: the reference for the shader, which shares none of it.
+#define _GNU_SOURCE
+#include "render/material.h"
+#include "core/spectrum.h"
+#include <string.h>
+
+void material_init(struct material *m)
+{
+    *m = (struct material){.roughness = 0.1, .coat_ior = 1, .r0 = 0.04};
+}
+
+void material_finish(struct material *m)
+{
+    if (m)
+        table_finish(&m->table);
+}
+
+void material_take_table(struct material *m, struct table *t, double r0)
+{
+    table_finish(&m->table);
+    m->table = *t;
+    *t = (struct table){0};
+    const size_t samples = (size_t)m->table.count * (size_t)m->table.n * (size_t)m->table.n;
+    for (size_t k = 0; k < samples && !m->table.is_rgb; k++) {
+        float *px = m->table.tab + 3 * k;
+        double rgb[3];
+        xyz_to_rgb((const double[]){px[0], px[1], px[2]}, rgb);
+        for (int c = 0; c < 3; c++)
+            px[c] = (float)rgb[c];
+    }
+    m->table.is_rgb = true;
+    double f0;
+    m->r0 = !isnan(r0) ? r0 : meta_num(&m->table.meta, "nacre.f0", &f0) ? f0 * f0 : 0.04;
+    m->over_w2 = m->table.basis != TABLE_PLAIN;
+    const char *scale = meta_text(&m->table.meta, "nacre.scale");
+    const bool absolute = scale && !strcmp(scale, "absolute");
+    m->gain = !m->over_w2 ? 4 * M_PI * M_PI : absolute ? 1 : 1 / m->r0;
+}
+
+double fresnel_schlick(double r0, double cos_half)
+{
+    return r0 + (1 - r0) * pow(fmax(0, 1 - cos_half), 5);
+}
+
+double fresnel_dielectric(double ior, double cos_i)
+{
+    const double cos_t = sqrt(fmax(0, 1 - (1 - cos_i * cos_i) / (ior * ior)));
+    const double s = (cos_i - ior * cos_t) / (cos_i + ior * cos_t);
+    const double p = (ior * cos_i - cos_t) / (ior * cos_i + cos_t);
+    return (s * s + p * p) / 2;
+}
+
+// Cook and Torrance 1982: Beckmann slopes, V-groove shadowing, Schlick for F. f, without F.
+static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *cos_half)
+{
+    const struct vec3 h = v3_unit(v3_add(wi, wo));
+    const double hn2 = h.z * h.z;
+    *cos_half = v3_dot(h, wo);
+    const double d = exp((hn2 - 1) / (hn2 * m * m)) / (M_PI * m * m * hn2 * hn2);
+    const double g = fmin(1, 2 * h.z * fmin(wi.z, wo.z) / *cos_half);
+    return d * g / (4 * wi.z * wo.z);
+}
+
+// f cos_i of the diffraction: with G = (1 + wi.wo)^2 / (cos_i cos_o), cos_i drops out.
+static void diffraction(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
+{
+    const struct vec3 h = v3_add(wi, wo);
+    const double x = 1 + v3_dot(wi, wo);
+    double weight = m->gain * fresnel_schlick(m->r0, sqrt(x / 2)) * x * x / wo.z;
+    if (m->over_w2)
+        weight /= h.z * h.z;
+    table_eval(&m->table, h.x, h.y, h.z, m->tables_used, out);
+    for (int c = 0; c < 3; c++)
+        out[c] *= weight;
+}
+
+void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
+                   double out[3])
+{
+    out[0] = out[1] = out[2] = 0;
+    if (!(wi.z > 0 && wo.z > 0))
+        return;
+    if (m->table.n)
+        diffraction(m, wi, wo, out);
+    for (int c = 0; c < 3; c++)
+        out[c] += m->diffuse[c] / M_PI * wi.z * light[c];
+    if (m->specular[0] + m->specular[1] + m->specular[2] > 0) {
+        double cos_half;
+        const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half) * wi.z;
+        for (int c = 0; c < 3; c++)
+            out[c] += lobe * fresnel_schlick(m->specular[c], cos_half) * light[c];
+    }
+    const double through =
+        (1 - fresnel_dielectric(m->coat_ior, wi.z)) * (1 - fresnel_dielectric(m->coat_ior, wo.z));
+    for (int c = 0; c < 3; c++)
+        out[c] *= through;
+}

@@ -1,0 +1,38 @@
+// material.h - what a surface does with light: diffuse + specular + diffraction (T17 eq. 7), and a
+// clear coat over them.
+//
+// All in linear sRGB, per unit irradiance of the light. The table already holds the light's
+// spectrum; the other layers are multiplied by the light's colour.
+#pragma once
+#include "core/geom.h"
+#include "core/table.h"
+
+struct material {
+    double diffuse[3];  // albedo
+    double specular[3]; // power reflectance at normal incidence; all 0: no such layer
+    double roughness;   // rms slope of the Beckmann lobe, for `specular`
+    double coat_ior;    // of a clear smooth layer that covers the rest; 1: none
+
+    struct table table; // linear sRGB; n is 0 where nothing diffracts
+    int tables_used;    // of table.count; 0: all
+    double r0;          // power reflectance F0^2 of the diffracting surface
+    double gain;        // 4 pi^2 for a plain table, see material_take_table
+    bool over_w2;       // tables from heights leave G / w^2 to the renderer
+};
+
+void material_init(struct material *m);   // black
+void material_finish(struct material *m); // accepts a zeroed struct
+
+// Moves the table in, as linear sRGB. r0 NAN: from the table's "f0", or 0.04. What the value means
+// (docs/optics.md): a plain table is S_d, f = 4 pi^2 F^2 G S_d (T17 eq. 10); one with a basis over
+// w is from a height field, f = F^2 G / (F0^2 w^2) XYZ, or without F0^2 where its meta
+// "nacre.scale" is "absolute".
+void material_take_table(struct material *m, struct table *t, double r0);
+
+// Radiance towards wo per unit irradiance (normal to the beam) from wi: f cos_i. Both directions
+// are unit and in the surface frame; `light` is the light's colour.
+void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
+                   double out[3]);
+
+double fresnel_schlick(double r0, double cos_half);  // power reflectance
+double fresnel_dielectric(double ior, double cos_i); // exact, unpolarised, from air

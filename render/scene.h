@@ -1,0 +1,63 @@
+// scene.h - what is rendered: a camera, lights, objects, and how the picture is exposed.
+//
+// World coordinates in metres, right-handed, +y up (docs/optics.md). Pictures have row 0 on top.
+#pragma once
+#include "core/image.h"
+#include "render/material.h"
+#include "render/shape.h"
+
+struct camera {
+    struct vec3 eye_m, target_m, up;
+    double fov_rad; // of the picture's height
+};
+
+struct light {
+    bool is_far;
+    struct vec3 at;  // m; for a far light the direction to it, unit
+    double power;    // radiant intensity: irradiance at 1 m; for a far light the irradiance
+    double radius_m; // of a round source facing the sample's centre; for a far light radians
+};
+
+struct object {
+    char *name; // owned
+    struct shape shape;
+    struct material material;
+};
+
+struct scene {
+    char *path; // of its file, owned
+    struct camera camera;
+    int w, h;              // the size asked for
+    double exposure_ev;    // stops; NAN: chosen from the picture (display.h)
+    double background[3];  // radiance
+    double light_color[3]; // linear sRGB of the illuminant with Y = 1
+    struct light *light;   // [n_lights], owned
+    int n_lights;
+    struct object *object; // [n_objects], owned
+    int n_objects;
+};
+
+enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
+
+// Replacements for what the file says.
+struct scene_options {
+    const char *table;  // of every object that diffracts; NULL: the file's
+    double exposure_ev; // NAN: the file's
+    bool exposure_auto;
+    int w, h; // 0: the file's
+};
+
+// Errors name file and line; tables are found relative to the scene file.
+bool scene_read(struct scene *s, const char *path, const struct scene_options *o, struct err *e);
+void scene_finish(struct scene *s); // accepts a zeroed struct
+
+// The ray through the point (x, y) of a w x h picture, pixel centres at integers; dir is not unit:
+// its component along the view is 1.
+void camera_ray(const struct camera *c, double x, double y, int w, int h, struct vec3 *dir);
+
+// The view's right, up and forward directions; right and up are scaled by the tangent of half the
+// field of view, right also by w / h.
+void camera_axes(const struct camera *c, int w, int h, struct vec3 axes[3]);
+
+// Irradiance normal to the beam at a point, and the unit direction to the light.
+double light_at(const struct light *l, struct vec3 at_m, struct vec3 *wi);

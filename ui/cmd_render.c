@@ -1,0 +1,109 @@
+// cmd_render.c - nacre render: a scene file to a picture.
+#define _GNU_SOURCE
+#include "core/imgfile.h"
+#include "core/log.h"
+#include "render/cpu.h"
+#include "render/display.h"
+#include "render/gl_render.h"
+#include "ui/commands.h"
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+struct args {
+    const char *out, *size, *backend, *table, *exposure;
+    bool reference;
+};
+
+static const struct opt opts[] = {
+    {"o", OPT_FILE, offsetof(struct args, out), "OUT",
+     .help = "picture to write: .exr .pfm .hdr linear radiance, .png .jpg as a screen shows it",
+     .needed = true},
+    {"size", OPT_TEXT, offsetof(struct args, size), "WxH",
+     .help = "pixels (default: as the scene says, else 960x720)"},
+    {"backend", OPT_CHOICE, offsetof(struct args, backend), "gl|cpu", "gl",
+     "OpenGL without a display, or the CPU in double"},
+    {"reference", OPT_FLAG, offsetof(struct args, reference),
+     .help = "CPU with full integration: 64 rays a pixel, over the area of each light"},
+    {"table", OPT_FILE, offsetof(struct args, table), "FILE",
+     .help = "diffraction table of the sample, instead of the scene's"},
+    {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
+     .help = "exposure of a .png or .jpg, instead of the scene's"},
+    {0},
+};
+
+static bool parse_size(const char *text, int *w, int *h, struct err *e)
+{
+    int end = 0;
+    if (sscanf(text, "%dx%d%n", w, h, &end) != 2 || text[end])
+        return err_set(e, ERR_USAGE, "--size: '%.40s' is not a size such as 1920x1080", text);
+    if (*w < 1 || *h < 1 || *w > 16384 || *h > 16384)
+        return err_set(e, ERR_DATA, "--size: %dx%d is out of range: must be 1x1 to 16384x16384", *w,
+                       *h);
+    return true;
+}
+
+static bool parse_options(const struct args *a, struct scene_options *o, struct err *e)
+{
+    *o = (struct scene_options){.table = a->table, .exposure_ev = NAN};
+    if (a->size && !parse_size(a->size, &o->w, &o->h, e))
+        return false;
+    if (!a->exposure)
+        return true;
+    o->exposure_auto = !strcmp(a->exposure, "auto");
+    return o->exposure_auto || quantity_parse(a->exposure, UNIT_NONE, &o->exposure_ev, e) ||
+           err_in(e, "--exposure");
+}
+
+static bool finish_picture(const struct args *a, struct scene *s, struct image *im, struct cli *cli,
+                           struct err *e)
+{
+    const double auto_ev = display_exposure(im);
+    const double ev = isnan(s->exposure_ev) ? auto_ev : s->exposure_ev;
+    doc_num(cli->doc, "exposure_ev", ev);
+    const char *ext = path_ext(a->out);
+    if (!strcmp(ext, ".png") || !strcmp(ext, ".jpg"))
+        display_map(im, ev);
+    meta_set_text(&im->meta, "nacre.version", NACRE_VERSION);
+    meta_set_text(&im->meta, "nacre.command", cli->line);
+    meta_set_num(&im->meta, "nacre.exposure_ev", ev);
+    return image_write(im, a->out, e);
+}
+
+static bool run(const void *args, struct cli *cli, struct err *e)
+{
+    const struct args *a = args;
+    struct scene_options o;
+    struct scene s;
+    struct image im;
+    if (!parse_options(a, &o, e) || !scene_read(&s, cli->operand[0], &o, e))
+        return false;
+    const bool cpu = a->reference || !strcmp(a->backend, "cpu");
+    const double start_s = now_s();
+    bool ok = cpu ? cpu_render(&s, a->reference, &im, e) : gl_render(&s, &im, e);
+    if (ok) {
+        doc_text(cli->doc, "picture", a->out);
+        doc_int(cli->doc, "width", im.w);
+        doc_int(cli->doc, "height", im.h);
+        doc_text(cli->doc, "backend", a->reference ? "cpu, full integration" : cpu ? "cpu" : "gl");
+        doc_num(cli->doc, "seconds", now_s() - start_s);
+        ok = finish_picture(a, &s, &im, cli, e);
+        image_finish(&im);
+    }
+    scene_finish(&s);
+    return ok;
+}
+
+const struct command cmd_render = {
+    .name = "render",
+    .summary = "draw a scene: a sample under lights, to a picture",
+    .operands = "SCENE",
+    .min_operands = 1,
+    .max_operands = 1,
+    .opts = opts,
+    .args_size = sizeof(struct args),
+    .notes = "  nacre render rigs/scenes/plane.yaml -o plane.png\n"
+             "  nacre render rigs/scenes/plane.yaml --table sample.exr --reference -o truth.exr\n"
+             "\nScene files: docs/render.md.\n",
+    .run = run,
+};
