@@ -185,7 +185,7 @@ TEST(the_automatic_stop_is_near_the_best_of_the_path)
             data[k] += (float)(sqrt(cases[c].gain * (double)data[k]) * gauss(&seed));
         struct deconvolve_result res;
         double best = INFINITY;
-        for (int n = 1; n <= 400; n += 1 + n / 8) {
+        for (int n = 1; n <= 300; n += 1 + n / 4) {
             assert_true(deconvolve(
                 b, W, H, data,
                 &(struct deconvolve_options){.iterations = n, .accelerate = cases[c].accelerate},
