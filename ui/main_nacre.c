@@ -7,6 +7,7 @@ static const struct command *const commands[] = {
     &cmd_compare,
     &cmd_deconvolve,
     &cmd_doctor,
+    &cmd_simulate,
     &cmd_lut,
     &cmd_bench,
     &cmd_render,

@@ -1,0 +1,48 @@
+// scene.h - a simulated world: a sample, a view of it, a sensor. From YAML (docs/simulator.md).
+//
+// Lights and filters are those of the rig file; the scene holds what a rig does not know, and may
+// say that the sensor is not what the rig believes. counts = black + responsivity * exposure * L,
+// L = f E.
+#pragma once
+#include "core/rig.h"
+#include "sim/sample.h"
+
+// A Fourier camera: light along the normal through a beam splitter, a lens whose picture is linear
+// in the direction cosines of wo. So u = (i - cx) * h_per_pixel, and v likewise down the rows.
+struct sim_view {
+    int w, h;
+    double h_per_pixel, center_x, center_y;
+};
+
+struct sim_sensor {
+    int bits;
+    double black;        // counts
+    double responsivity; // counts per (W m^-2 sr^-1 s), at gain 1
+    double electrons_per_count;
+    bool bayer; // RGGB; else mono
+    bool shot_noise;
+    double full_well;                     // electrons
+    double blooming;                      // share of what exceeds it that spills, 0 to 1
+    double read_noise;                    // electrons
+    double dark_current;                  // electrons / s
+    double hot_pixels, hot_current;       // share of the pixels; their mean extra, electrons / s
+    double prnu;                          // rms of the pixels' sensitivities, relative
+    double fixed_pattern, column_pattern; // rms of the pixels' and columns' offsets, counts
+    double black_drift;                   // counts
+    double row_s;                         // rolling shutter: start of a row after the one above
+    double exposure_step_s, exposure_min_s, exposure_max_s;
+};
+
+struct sim_scene {
+    char *path; // owned
+    struct sample sample;
+    struct sim_view view;
+    struct sim_sensor sensor;
+};
+
+// With a rig, the sensor's bits, black and responsivity are the rig's where the scene is silent.
+bool sim_scene_open(struct sim_scene *s, const char *path, const struct rig *rig, struct err *e);
+bool sim_scene_open_text(struct sim_scene *s, const char *name, const char *text,
+                         const struct rig *rig, struct err *e);
+void sim_scene_finish(struct sim_scene *s); // accepts a zeroed struct
+extern const char sim_scene_default[];      // an LCD-like crossed grating: what "sim:" alone means

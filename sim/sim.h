@@ -1,0 +1,11 @@
+// sim.h - the simulated devices, as drivers for a program's lists, and where their truth is.
+#pragma once
+#include "acquire/camera.h"
+#include "acquire/trigger.h"
+#include "sim/lab.h"
+
+extern const struct cam_driver sim_cam;
+extern const struct trig_driver sim_trig;
+
+// The bench behind a file: a rig whose camera is simulated, or a scene; "sim" is the built-in one.
+bool sim_lab_open(struct lab *lab, const char *rig_or_scene, struct err *e);
