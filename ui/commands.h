@@ -10,3 +10,4 @@ extern const struct command cmd_doctor;
 extern const struct command cmd_simulate;
 extern const struct command cmd_lut;
 extern const struct command cmd_render;
+extern const struct command cmd_hdr;

@@ -9,6 +9,7 @@ static const struct command *const commands[] = {
     &cmd_doctor,
     &cmd_simulate,
     &cmd_lut,
+    &cmd_hdr,
     &cmd_bench,
     &cmd_render,
     NULL,
