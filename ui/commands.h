@@ -11,3 +11,4 @@ extern const struct command cmd_simulate;
 extern const struct command cmd_lut;
 extern const struct command cmd_render;
 extern const struct command cmd_hdr;
+extern const struct command cmd_prefilter;

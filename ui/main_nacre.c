@@ -10,6 +10,7 @@ static const struct command *const commands[] = {
     &cmd_simulate,
     &cmd_lut,
     &cmd_hdr,
+    &cmd_prefilter,
     &cmd_bench,
     &cmd_render,
     NULL,
