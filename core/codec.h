@@ -19,8 +19,8 @@ bool raw_read(struct image *im, const char *path, struct err *e);
 
 // PNG, JPEG and TIFF: picture_read() judges the file by itself, then cv_read() decodes it.
 bool picture_read(struct image *im, const char *path, struct err *e);
-bool display_write(const struct image *im, const char *path, struct err *e);  // 8-bit sRGB
-bool linear16_write(const struct image *im, const char *path, struct err *e); // 0..1, .tif .png
+bool display_write(const struct image *im, const char *path, struct err *e); // 8-bit sRGB
+bool tiff16_write(const struct image *im, const char *path, struct err *e);  // linear, 0..1
 
 // Exposure data of a JPEG's EXIF block into meta; a file without any adds nothing.
 void exif_read(struct meta *m, const char *path);

@@ -203,7 +203,7 @@ bool display_write(const struct image *im, const char *path, struct err *e)
     return write_samples(im, path, 1, e);
 }
 
-bool linear16_write(const struct image *im, const char *path, struct err *e)
+bool tiff16_write(const struct image *im, const char *path, struct err *e)
 {
     return write_samples(im, path, 2, e);
 }

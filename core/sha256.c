@@ -37,17 +37,6 @@ void sha256_end(struct sha256 *s, char hex[SHA256_TEXT])
     free(s);
 }
 
-void md5_of(const void *data, size_t size, char hex[MD5_TEXT])
-{
-    unsigned char sum[EVP_MAX_MD_SIZE];
-    unsigned n = 0;
-    if (!EVP_Digest(data, size, sum, &n, EVP_md5(), NULL))
-        n = 0; // a FIPS build of OpenSSL has none: no sum at all
-    hex[0] = 0;
-    for (unsigned k = 0; k < n; k++)
-        snprintf(hex + 2 * k, 3, "%02x", sum[k]);
-}
-
 void sha256_of(const void *data, size_t size, char hex[SHA256_TEXT])
 {
     struct sha256 *s = sha256_new();

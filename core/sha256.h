@@ -11,9 +11,5 @@ struct sha256 *sha256_new(void);
 void sha256_add(struct sha256 *s, const void *data, size_t size);
 void sha256_end(struct sha256 *s, char hex[SHA256_TEXT]); // frees s; hex may be NULL
 
-// MD5, only because the X3P format asks for it.
-enum { MD5_TEXT = 33 };
-void md5_of(const void *data, size_t size, char hex[MD5_TEXT]);
-
 void sha256_of(const void *data, size_t size, char hex[SHA256_TEXT]);
 bool sha256_file(const char *path, char hex[SHA256_TEXT], struct err *e); // ERR_FILE

@@ -21,7 +21,7 @@ struct blur {
     int px, py, fw, fh;
 };
 
-enum { LANES = 32, STRIP = 256, BAND = 256 }; // samples in registers; a tile of the result
+enum { LANES = 32, BAND = 256 }; // samples kept in registers; rows that a core does at a time
 
 // Index of the reflected sample; |i| may exceed the side by any amount.
 static int reflect(int i, int n)
@@ -38,7 +38,7 @@ typedef float vec __attribute__((vector_size(64), aligned(4), may_alias));
 // A macro: a function that returns a vec would have another ABI in each clone.
 #define load(p) (*(const vec *)(p))
 
-#define CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
+#define CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
 
 // out[i] = k[0] in[i] + sum over m of k[m] (in[i - m] + in[i + m]), along a row.
 CLONES static void row_pass(const float *in, float *out, int n, const float *k, int radius)
@@ -83,57 +83,49 @@ CLONES static void column_pass(const float *const *row, float *out, int n, const
     }
 }
 
-struct scratch {       // of one thread
-    float *line;       // [radius + STRIP + radius] part of a row with its neighbours or reflections
-    float *ring;       // [2 radius + 1][STRIP + 16] rows blurred along themselves
-    float *done;       // [STRIP]
-    const float **row; // [BAND + 2 radius] where in the ring each row of the band lies
-};
+// Rows of 2^n samples would all fall into the same lines of the cache.
+static size_t row_stride(int w)
+{
+    return ((size_t)w + 15) / 16 * 16 + 16;
+}
 
-// A tile of the result: each row is blurred along itself into a ring of as many rows as the kernel
-// is high, which the cache holds; once it is full, every new row completes one row of the result.
-static void direct_tile(const struct blur *b, const float *in, int left, int top, struct scratch *s,
-                        blur_on_run *fn, void *ctx)
+// A band of rows: each row is blurred along itself into a ring of as many rows as the kernel is
+// high; once the ring is full, every new row completes one row of the result.
+static void direct_band(const struct blur *b, const float *in, float *out, int first, int last,
+                        float *line, float *ring, const float **row)
 {
     const int w = b->w, r = b->radius, high = 2 * r + 1;
-    const int n = left + STRIP < w ? STRIP : w - left, rows = top + BAND < b->h ? BAND : b->h - top;
-    const int skip = left < r ? r - left : 0; // samples of the line that lie beyond the border
-    const int end = left + n + r > w ? w - left + r : n + 2 * r;
-    for (int k = 0; k < rows + 2 * r; k++) {
-        const float *from = in + (size_t)reflect(top - r + k, b->h) * (size_t)w;
-        memcpy(s->line + skip, from + left - r + skip, (size_t)(end - skip) * sizeof *from);
-        for (int i = 0; i < skip; i++)
-            s->line[i] = from[reflect(left - r + i, w)];
-        for (int i = end; i < n + 2 * r; i++)
-            s->line[i] = from[reflect(left - r + i, w)];
-        float *to = s->ring + (size_t)(k % high) * (STRIP + 16);
-        row_pass(s->line + r, to, n, b->kernel, r);
-        s->row[k] = to;
-        if (k >= 2 * r) {
-            column_pass(s->row + (k - r), s->done, n, b->kernel, r);
-            fn(ctx, left, top + k - 2 * r, n, s->done);
+    for (int j = first - r; j < last + r; j++) {
+        const float *from = in + (size_t)reflect(j, b->h) * (size_t)w;
+        memcpy(line + r, from, (size_t)w * sizeof *line);
+        for (int m = 1; m <= r; m++) {
+            line[r - m] = from[reflect(-m, w)];
+            line[r + w - 1 + m] = from[reflect(w - 1 + m, w)];
         }
+        const int k = j - first + r;
+        float *to = ring + (size_t)(k % high) * row_stride(w);
+        row_pass(line + r, to, w, b->kernel, r);
+        row[k] = to;
+        if (k >= 2 * r)
+            column_pass(row + (k - r), out + (size_t)(j - r) * (size_t)w, w, b->kernel, r);
     }
 }
 
-static void direct(const struct blur *b, const float *in, blur_on_run *fn, void *ctx)
+static void direct(const struct blur *b, const float *in, float *out)
 {
-    const int bands = (b->h + BAND - 1) / BAND, strips = (b->w + STRIP - 1) / STRIP;
+    const int bands = (b->h + BAND - 1) / BAND;
 #pragma omp parallel
     {
-        const size_t r = (size_t)b->radius;
-        struct scratch s = {.line = xcalloc(STRIP + 2 * r, sizeof(float)),
-                            .ring = xcalloc((2 * r + 1) * (STRIP + 16), sizeof(float)),
-                            .done = xcalloc(STRIP, sizeof(float)),
-                            .row = xcalloc(BAND + 2 * r, sizeof(float *))};
-#pragma omp for schedule(static) collapse(2)
-        for (int band = 0; band < bands; band++)
-            for (int strip = 0; strip < strips; strip++)
-                direct_tile(b, in, strip * STRIP, band * BAND, &s, fn, ctx);
-        free(s.line);
-        free(s.ring);
-        free(s.done);
-        free(s.row);
+        float *line = xcalloc((size_t)(b->w + 2 * b->radius), sizeof *line);
+        float *ring = xcalloc((size_t)(2 * b->radius + 1) * row_stride(b->w), sizeof *ring);
+        const float **row = xcalloc((size_t)(BAND + 2 * b->radius), sizeof *row);
+#pragma omp for schedule(static)
+        for (int k = 0; k < bands; k++)
+            direct_band(b, in, out, k * BAND, (k + 1) * BAND < b->h ? (k + 1) * BAND : b->h, line,
+                        ring, row);
+        free(row);
+        free(ring);
+        free(line);
     }
 }
 
@@ -152,10 +144,10 @@ static void convolve(struct blur *b, bool adjoint)
     fft_run(b->backward, b->spectrum, b->plane);
 }
 
-void blur_apply_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx)
+void blur_apply(struct blur *b, const float *in, float *out)
 {
     if (!b->forward) {
-        direct(b, in, fn, ctx);
+        direct(b, in, out);
         return;
     }
     memset(b->plane, 0, (size_t)b->fw * (size_t)b->fh * sizeof *b->plane);
@@ -165,36 +157,14 @@ void blur_apply_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx)
                 in[(size_t)reflect(j, b->h) * (size_t)b->w + (size_t)reflect(i, b->w)];
     convolve(b, false);
     for (int j = 0; j < b->h; j++)
-        fn(ctx, 0, j, b->w, b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px);
+        memcpy(out + (size_t)j * (size_t)b->w,
+               b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px, (size_t)b->w * sizeof *out);
 }
 
-// What was reflected outwards folds back: first the columns at the sides, then the rows above and
-// below.
-static void fold(struct blur *b)
-{
-    const size_t fw = (size_t)b->fw;
-    for (int j = 0; j < b->h + 2 * b->py; j++) {
-        float *row = b->plane + (size_t)j * fw + b->px;
-        for (int i = 1; i <= b->px; i++) {
-            row[reflect(-i, b->w)] += row[-i];
-            row[reflect(b->w - 1 + i, b->w)] += row[b->w - 1 + i];
-        }
-    }
-    for (int q = 1; q <= b->py; q++) {
-        const int beyond[2] = {-q, b->h - 1 + q};
-        for (int k = 0; k < 2; k++) {
-            const float *from = b->plane + (size_t)(beyond[k] + b->py) * fw + b->px;
-            float *to = b->plane + (size_t)(reflect(beyond[k], b->h) + b->py) * fw + b->px;
-            for (int i = 0; i < b->w; i++)
-                to[i] += from[i];
-        }
-    }
-}
-
-void blur_adjoint_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx)
+void blur_adjoint(struct blur *b, const float *in, float *out)
 {
     if (!b->forward) { // a symmetric kernel between reflecting borders is its own adjoint
-        direct(b, in, fn, ctx);
+        direct(b, in, out);
         return;
     }
     memset(b->plane, 0, (size_t)b->fw * (size_t)b->fh * sizeof *b->plane);
@@ -202,35 +172,11 @@ void blur_adjoint_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx
         memcpy(b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px,
                in + (size_t)j * (size_t)b->w, (size_t)b->w * sizeof *in);
     convolve(b, true);
-    fold(b);
-    for (int j = 0; j < b->h; j++)
-        fn(ctx, 0, j, b->w, b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px);
-}
-
-struct store {
-    float *out; // [h][w]
-    int w;
-};
-
-static void store_run(void *ctx, int i, int j, int n, const float *run)
-{
-    const struct store *s = ctx;
-    memcpy(s->out + (size_t)j * (size_t)s->w + i, run, (size_t)n * sizeof *run);
-}
-
-void blur_apply(struct blur *b, const float *in, float *out)
-{
-    blur_apply_to(b, in, store_run, &(struct store){out, b->w});
-}
-
-void blur_adjoint(struct blur *b, const float *in, float *out)
-{
-    blur_adjoint_to(b, in, store_run, &(struct store){out, b->w});
-}
-
-bool blur_is_symmetric(const struct blur *b)
-{
-    return !b->forward;
+    memset(out, 0, (size_t)b->w * (size_t)b->h * sizeof *out);
+    for (int j = -b->py; j < b->h + b->py; j++) // what was reflected outwards folds back
+        for (int i = -b->px; i < b->w + b->px; i++)
+            out[(size_t)reflect(j, b->h) * (size_t)b->w + (size_t)reflect(i, b->w)] +=
+                b->plane[(size_t)(j + b->py) * (size_t)b->fw + (size_t)(i + b->px)];
 }
 
 void blur_free(struct blur *b)
@@ -316,7 +262,7 @@ struct blur *blur_gauss(int w, int h, double sigma_px, struct err *e)
     enum {
         FFT_RADIUS = 110
     }; // measured at 1024 x 1024, one thread: beyond it two FFTs are cheaper
-    const int radius = (int)ceil(4 * sigma_px);
+    const int radius = (int)ceil(4.5 * sigma_px);
     float *kernel = gauss_kernel(sigma_px, radius);
     if (radius <= FFT_RADIUS || 2 * radius + 1 > side) {
         struct blur *b = xcalloc(1, sizeof *b);

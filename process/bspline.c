@@ -1,4 +1,5 @@
 // bspline.c - B-spline coefficients by two passes of a recursive filter per pole.
+#define _GNU_SOURCE
 #include "process/bspline.h"
 #include "core/mem.h"
 #include <math.h>
@@ -110,4 +111,36 @@ double bspline_basis(int degree, double x)
     for (int k = 0; k < from; k++)
         sum += (k % 2 ? -1 : 1) * binomial[degree == BSPLINE_QUINTIC][k] * pow(from - k, degree);
     return sum / (degree == BSPLINE_CUBIC ? 6 : 120);
+}
+
+void bspline_weights(double x, double w[4])
+{
+    const double y = 1 - x;
+    w[0] = y * y * y / 6;
+    w[1] = 2 / 3. - x * x * (1 - .5 * x);
+    w[2] = 2 / 3. - y * y * (1 - .5 * y);
+    w[3] = x * x * x / 6;
+}
+
+void bspline_fit_vectors(double *v, int n, size_t stride, size_t lanes)
+{
+    const double z = sqrt(3) - 2;
+    for (int k = 1; k < n; k++) {
+        double *at = v + (size_t)k * stride;
+        for (size_t q = 0; q < lanes; q++)
+            at[q] += z * at[q - stride];
+    }
+    double *last = v + (size_t)(n - 1) * stride;
+    for (size_t q = 0; q < lanes; q++) // the tail beyond the end, z^k last, summed
+        last[q] *= -6 * z / (1 - z * z);
+    for (int k = n - 2; k >= 0; k--) {
+        double *at = v + (size_t)k * stride;
+        for (size_t q = 0; q < lanes; q++)
+            at[q] = z * (at[q + stride] - 6 * at[q]);
+    }
+}
+
+double bspline_gain(int k, int period)
+{
+    return 3 / (2 + cos(2 * M_PI * k / period));
 }

@@ -36,6 +36,16 @@ static inline void bspline_weights_5(float f, float w[6])
     w[3] = unit * (66 + g2 * (-60 + g2 * (30 - 10 * g)));
 }
 
+// The cubic weights in double: of the coefficients i - 1 .. i + 2 at i + x, 0 <= x < 1. Also the
+// way to share a point's value out to four nodes; the fit then keeps its value, place and width.
+void bspline_weights(double x, double w[4]);
+
+// Cubic, n vectors of `lanes` values, `stride` apart, zero beyond the ends.
+void bspline_fit_vectors(double *v, int n, size_t stride, size_t lanes);
+
+// What a cubic fit does to the frequency k of a period.
+double bspline_gain(int k, int period);
+
 // The basis function itself, in double: support |x| < (degree + 1) / 2.
 double bspline_basis(int degree, double x);
 

@@ -13,9 +13,9 @@ struct rl {
     size_t n;
     const float *data; // [h][w], >= 0
     float *keep;       // [h][w] 1 where a sample is used, 0 where held out; NULL: all used
-    float *norm;       // [h][w] 1 / H^T keep; NULL: 1 everywhere
-    float *ratio;      // [h][w] d / H u, scratch
-    float *pull;       // [h][w] the factor of total variation; NULL: none
+    float *norm;       // [h][w] H^T keep
+    float *model;      // [h][w] H u
+    float *step;       // [h][w] scratch
     double least;      // a model sample under it counts as dark: no division
     double tv;
 };
@@ -62,56 +62,31 @@ static void pull_flat(const struct rl *r, const float *u, float *factor)
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < r->h; j++)
         for (int i = 0; i < r->w; i++)
-            factor[(size_t)j * (size_t)r->w + (size_t)i] =
-                1 / (1 - tv * curvature(r, u, i, j, smooth));
+            factor[(size_t)j * (size_t)r->w + (size_t)i] /= 1 - tv * curvature(r, u, i, j, smooth);
 }
 
-struct turn { // one iteration, as the blurs' samples come
-    struct rl *r;
-    const float *u;
-    float *next, *model; // model NULL: not kept
-};
-
-static void take_ratio(void *ctx, int i, int j, int n, const float *run)
+// One iteration: next from u. `model` is left holding H u.
+static void iterate(struct rl *r, const float *u, float *next)
 {
-    const struct turn *t = ctx;
-    const struct rl *r = t->r;
-    const size_t at = (size_t)j * (size_t)r->w + (size_t)i;
-    const float *data = r->data + at, least = (float)r->least;
-    float *ratio = r->ratio + at;
-    for (int k = 0; k < n; k++)
-        ratio[k] = run[k] > least ? data[k] / run[k] : 0;
-    if (r->keep)
-        for (int k = 0; k < n; k++)
-            ratio[k] *= r->keep[at + (size_t)k];
-    if (t->model)
-        memcpy(t->model + at, run, (size_t)n * sizeof *run);
-}
-
-static void take_factor(void *ctx, int i, int j, int n, const float *run)
-{
-    const struct turn *t = ctx;
-    const size_t at = (size_t)j * (size_t)t->r->w + (size_t)i;
-    const float *u = t->u + at, *norm = t->r->norm;
-    float *next = t->next + at;
-    for (int k = 0; k < n; k++) // an FFT's adjoint may dip under 0 by rounding
-        next[k] = run[k] > 0 ? u[k] * run[k] : 0;
-    if (norm)
-        for (int k = 0; k < n; k++)
-            next[k] *= norm[at + (size_t)k];
-}
-
-// One iteration: next from u, which may be the same. H u is left in model unless that is NULL.
-static void iterate(struct rl *r, const float *u, float *next, float *model)
-{
-    struct turn t = {r, u, next, model};
-    if (r->tv > 0) // needs the neighbours of u, so before u is overwritten
-        pull_flat(r, u, r->pull);
-    blur_apply_to(r->b, u, take_ratio, &t);
-    blur_adjoint_to(r->b, r->ratio, take_factor, &t);
+    blur_apply(r->b, u, r->model);
+    const float least = (float)r->least;
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < r->h; j++)
+        for (size_t k = (size_t)j * (size_t)r->w, end = k + (size_t)r->w; k < end; k++) {
+            const float ratio = r->model[k] > least ? r->data[k] / r->model[k] : 0;
+            r->step[k] = r->keep ? r->keep[k] * ratio : ratio;
+        }
+    blur_adjoint(r->b, r->step, next);
     if (r->tv > 0)
-        for (size_t k = 0; k < r->n; k++)
-            next[k] *= r->pull[k];
+        pull_flat(r, u, next);
+    const float *norm = r->norm;
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < r->h; j++)
+        for (size_t k = (size_t)j * (size_t)r->w, end = k + (size_t)r->w; k < end; k++) {
+            const float factor = norm[k] > 1e-6f ? next[k] / norm[k] : 1;
+            next[k] =
+                factor > 0 ? u[k] * factor : 0; // an FFT's adjoint may dip under 0 by rounding
+        }
 }
 
 // The path u0, u1, ... with Biggs & Andrews' extrapolation when asked: alpha from successive
@@ -123,12 +98,14 @@ struct path {
     int k;
 };
 
-// One step; H of the picture that the step started from is left in model unless that is NULL.
-static void path_step(struct path *p, float *model)
+static void path_step(struct path *p)
 {
     struct rl *r = p->r;
     if (!p->accelerate) {
-        iterate(r, p->u, p->u, model);
+        iterate(r, p->u, p->last);
+        float *swap = p->u;
+        p->u = p->last;
+        p->last = swap;
         p->k++;
         return;
     }
@@ -143,7 +120,7 @@ static void path_step(struct path *p, float *model)
         p->start[k] = ahead > 0 ? ahead : 0;
         p->last[k] = p->u[k];
     }
-    iterate(r, p->start, p->u, model);
+    iterate(r, p->start, p->u);
     float *swap = p->change_last;
     p->change_last = p->change;
     p->change = swap;
@@ -167,7 +144,7 @@ static bool path_init(struct path *p, struct rl *r, bool accelerate, double mean
 {
     *p = (struct path){.r = r, .accelerate = accelerate};
     float **buffer[] = {&p->u, &p->last, &p->start, &p->change, &p->change_last};
-    for (int k = 0; k < (accelerate ? 5 : 1); k++)
+    for (int k = 0; k < (accelerate ? 5 : 2); k++)
         if (!(*buffer[k] = sample_alloc(r->n, sizeof(float), "deconvolution", e))) {
             path_finish(p);
             return false;
@@ -184,14 +161,6 @@ static uint32_t hash(uint32_t x)
     return x ^ (x >> 16);
 }
 
-// norm := 1 / H^T keep, and 1 where nothing is kept near.
-static void make_norm(struct rl *r, const float *keep, float *norm)
-{
-    blur_adjoint(r->b, keep, norm);
-    for (size_t k = 0; k < r->n; k++)
-        norm[k] = norm[k] > 1e-6f ? 1 / norm[k] : 1;
-}
-
 // Runs with one sample in ten held out; the count at which the model predicts those best.
 static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt, double mean,
                               int *best, bool *reached_most, struct err *e)
@@ -200,24 +169,23 @@ static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt
     struct path p;
     float *keep = sample_alloc(r->n, sizeof *keep, "deconvolution", e);
     float *norm = sample_alloc(r->n, sizeof *norm, "deconvolution", e);
-    float *model = sample_alloc(r->n, sizeof *model, "deconvolution", e);
-    const bool ok = keep && norm && model && path_init(&p, r, opt->accelerate, mean, e);
+    const bool ok = keep && norm && path_init(&p, r, opt->accelerate, mean, e);
     if (ok) {
         for (size_t k = 0; k < r->n; k++)
             keep[k] = hash((uint32_t)k) % 10 != 0;
-        make_norm(r, keep, norm);
+        blur_adjoint(r->b, keep, norm);
         float *old_norm = r->norm;
         r->keep = keep;
         r->norm = norm;
         double least = INFINITY;
         *best = 1;
         for (int it = 0; it <= most; it++) { // each step leaves H u of the picture before it
-            path_step(&p, model);
+            path_step(&p);
             double miss = 0;
             SUM_ROWS(r, miss,
                      r->keep[k] > 0 ? 0
-                                    : ((double)model[k] - (double)r->data[k]) *
-                                          ((double)model[k] - (double)r->data[k]));
+                                    : ((double)r->model[k] - (double)r->data[k]) *
+                                          ((double)r->model[k] - (double)r->data[k]));
             if (miss < least) {
                 least = miss;
                 *best = it;
@@ -233,7 +201,6 @@ static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt
     }
     free(keep);
     free(norm);
-    free(model);
     return ok;
 }
 
@@ -266,22 +233,19 @@ bool deconvolve(struct blur *b, int w, int h, const float *data,
     const double mean = res.flux_in / (double)r.n;
     r.least = 1e-9 * mean;
     float *clean = sample_alloc(r.n, sizeof *clean, "deconvolution", e);
-    const bool symmetric = blur_is_symmetric(b); // then H^T 1 is 1 but for rounding
-    r.ratio = sample_alloc(r.n, sizeof *r.ratio, "deconvolution", e);
-    if (opt->tv > 0)
-        r.pull = sample_alloc(r.n, sizeof *r.pull, "deconvolution", e);
-    if (!symmetric)
-        r.norm = sample_alloc(r.n, sizeof *r.norm, "deconvolution", e);
+    float *ones = sample_alloc(r.n, sizeof *ones, "deconvolution", e);
+    r.model = sample_alloc(r.n, sizeof *r.model, "deconvolution", e);
+    r.step = sample_alloc(r.n, sizeof *r.step, "deconvolution", e);
+    r.norm = sample_alloc(r.n, sizeof *r.norm, "deconvolution", e);
     struct path p = {0};
-    bool ok = clean && r.ratio && (r.norm || symmetric) && (r.pull || !(opt->tv > 0));
+    bool ok = clean && ones && r.model && r.step && r.norm;
     if (ok) {
         for (size_t k = 0; k < r.n; k++) {
             clean[k] = data[k] > 0 ? data[k] : 0;
-            r.ratio[k] = 1;
+            ones[k] = 1;
         }
         r.data = clean;
-        if (!symmetric)
-            make_norm(&r, r.ratio, r.norm);
+        blur_adjoint(b, ones, r.norm); // 1 but for rounding when the PSF is symmetric
         res.iterations = opt->iterations;
         ok = (opt->iterations ||
               choose_iterations(&r, opt, mean, &res.iterations, &res.reached_most, e)) &&
@@ -289,7 +253,7 @@ bool deconvolve(struct blur *b, int w, int h, const float *data,
     }
     if (ok) {
         while (p.k < res.iterations)
-            path_step(&p, NULL);
+            path_step(&p);
         double flux = 0, miss = 0;
         SUM_ROWS(&r, flux, (double)p.u[k]);
         const float scale =
@@ -297,16 +261,17 @@ bool deconvolve(struct blur *b, int w, int h, const float *data,
         for (size_t k = 0; k < r.n; k++)
             out[k] = scale * p.u[k];
         SUM_ROWS(&r, res.flux, (double)out[k]);
-        blur_apply(b, out, r.ratio);
+        blur_apply(b, out, r.model);
         SUM_ROWS(&r, miss,
-                 ((double)r.ratio[k] - (double)clean[k]) * ((double)r.ratio[k] - (double)clean[k]));
+                 ((double)r.model[k] - (double)clean[k]) * ((double)r.model[k] - (double)clean[k]));
         res.residual = sqrt(miss / (double)r.n);
         *result = res;
     }
     path_finish(&p);
     free(clean);
-    free(r.ratio);
-    free(r.pull);
+    free(ones);
+    free(r.model);
+    free(r.step);
     free(r.norm);
     return ok;
 }

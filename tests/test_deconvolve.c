@@ -69,7 +69,7 @@ TEST(a_gaussian_blur_is_the_plain_sum)
     for (int k = 0; k < N; k++)
         din[k] = (double)in[k];
     for (int s = 0; s < 3; s++) {
-        const int r = (int)ceil(4 * sigmas[s]);
+        const int r = (int)ceil(4.5 * sigmas[s]);
         static double psf[101 * 101];
         gauss_psf(sigmas[s], r, psf);
         struct err e = {0};
@@ -117,7 +117,7 @@ TEST(a_measured_psf_blurs_as_the_plain_sum_and_has_its_adjoint)
 
 TEST(richardson_lucy_is_the_plain_loop_in_double_and_keeps_the_flux)
 {
-    enum { R = 8 };
+    enum { R = 9 };
     static float scene[N], data[N], out[N];
     static double psf[(2 * R + 1) * (2 * R + 1)], d[N], u[N], model[N], back[N];
     make_scene(W, H, scene);
@@ -185,7 +185,7 @@ TEST(the_automatic_stop_is_near_the_best_of_the_path)
             data[k] += (float)(sqrt(cases[c].gain * (double)data[k]) * gauss(&seed));
         struct deconvolve_result res;
         double best = INFINITY;
-        for (int n = 1; n <= 300; n += 1 + n / 4) {
+        for (int n = 1; n <= 400; n += 1 + n / 8) {
             assert_true(deconvolve(
                 b, W, H, data,
                 &(struct deconvolve_options){.iterations = n, .accelerate = cases[c].accelerate},

@@ -7,7 +7,5 @@ extern const struct command cmd_convert;
 extern const struct command cmd_compare;
 extern const struct command cmd_deconvolve;
 extern const struct command cmd_doctor;
-extern const struct command cmd_simulate;
 extern const struct command cmd_lut;
-extern const struct command cmd_render;
-extern const struct command cmd_hdr;
+extern const struct command cmd_prefilter;

@@ -7,11 +7,9 @@ static const struct command *const commands[] = {
     &cmd_compare,
     &cmd_deconvolve,
     &cmd_doctor,
-    &cmd_simulate,
     &cmd_lut,
-    &cmd_hdr,
+    &cmd_prefilter,
     &cmd_bench,
-    &cmd_render,
     NULL,
 };
 // clang-format on

@@ -2,9 +2,6 @@
 #include "tests/bench/bench.h"
 #include <stddef.h>
 
-extern const struct bench bench_deconvolve;
-
 const struct bench *const bench_list[] = {
-    &bench_deconvolve,
     NULL,
 };

@@ -1,0 +1,94 @@
+// env_direct.c - light off a diffracting plane by full integration over the hemisphere.
+#define _GNU_SOURCE
+#include "process/env_direct.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "process/table_cubic.h"
+#include <math.h>
+#include <stdlib.h>
+
+enum { ROWS = 16 };
+
+// Parts at most half as large as what the table resolves, so that cubic look-up sees it all.
+static int cuts(const struct table *t, const struct environment *env)
+{
+    double least = t->range;
+    for (int i = 0; i + 1 < t->n; i++)
+        least = fmin(least, table_node(t, i + 1) - table_node(t, i));
+    const double pixel = M_PI / env->map.h;
+    return (int)fmax(2, fmin(8, ceil(1.5 * pixel / least)));
+}
+
+static void add_row(const struct table *t, const struct fresnel *f, const struct env_part *part,
+                    int count, const double o[2], double sum[3])
+{
+    const double on = sqrt(1 - o[0] * o[0] - o[1] * o[1]);
+    for (int k = 0; k < count; k++) {
+        const struct env_part *p = &part[k];
+        const double u = p->t + o[0], v = p->b + o[1], w = p->n + on;
+        if (fabs(u) > t->range || fabs(v) > t->range)
+            continue;
+        double s[3];
+        table_cubic(t, u, v, w, s);
+        double z = zonal_weight(f, p->t * o[0] + p->b * o[1] + p->n * on);
+        if (t->basis != TABLE_PLAIN)
+            z /= 4 * M_PI * M_PI * w * w;
+        for (int c = 0; c < 3; c++)
+            sum[c] += z * s[c] * p->power[c];
+    }
+}
+
+bool env_direct(const struct table *t, const struct fresnel *f, const struct environment *env,
+                const struct frame *frame, int n, const double (*o)[2], double (*rgb)[3],
+                struct err *e)
+{
+    const int cut = cuts(t, env), h = env->map.h;
+    const size_t room = env_parts_room(env, cut);
+    struct env_part *part = sample_alloc(room * ROWS, sizeof *part, "light", e);
+    if (!part)
+        return false;
+    for (int k = 0; k < n; k++)
+        rgb[k][0] = rgb[k][1] = rgb[k][2] = 0;
+    struct progress bar;
+    progress_start(&bar, "integrating", h);
+    for (int row = 0; row < h; row += ROWS) {
+        const int rows = h - row < ROWS ? h - row : ROWS;
+        int count[ROWS];
+#pragma omp parallel for schedule(dynamic)
+        for (int r = 0; r < rows; r++)
+            count[r] = env_parts(env, frame, row + r, cut, part + room * (size_t)r);
+#pragma omp parallel for schedule(dynamic)
+        for (int k = 0; k < n; k++)
+            for (int r = 0; r < rows && o[k][0] * o[k][0] + o[k][1] * o[k][1] < 1; r++)
+                add_row(t, f, part + room * (size_t)r, count[r], o[k], rgb[k]);
+        progress_step(&bar, rows);
+    }
+    progress_end(&bar);
+    for (int k = 0; k < n; k++) {
+        const double on2 = 1 - o[k][0] * o[k][0] - o[k][1] * o[k][1];
+        for (int c = 0; c < 3 && on2 > 0; c++)
+            rgb[k][c] *= 4 * M_PI * M_PI / sqrt(on2);
+    }
+    free(part);
+    return true;
+}
+
+bool env_direct_map(const struct table *t, const struct fresnel *f, const struct environment *env,
+                    const struct frame *frame, int n, struct image *out, struct err *e)
+{
+    const size_t nodes = (size_t)n * (size_t)n;
+    double(*o)[2] = sample_alloc(nodes, sizeof *o, "map", e);
+    double(*rgb)[3] = sample_alloc(nodes, sizeof *rgb, "map", e);
+    bool ok = o && rgb;
+    for (size_t k = 0; k < nodes && ok; k++) {
+        o[k][0] = 2.0 * (double)(k % (size_t)n) / (n - 1) - 1;
+        o[k][1] = 2.0 * (double)(k / (size_t)n) / (n - 1) - 1;
+    }
+    ok = ok && env_direct(t, f, env, frame, (int)nodes, (const double(*)[2])o, rgb, e) &&
+         image_init(out, n, n, 3, e);
+    for (size_t k = 0; k < 3 * nodes && ok; k++)
+        out->px[k] = (float)rgb[k / 3][k % 3];
+    free(o);
+    free(rgb);
+    return ok;
+}

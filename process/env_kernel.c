@@ -1,0 +1,217 @@
+// env_kernel.c - rasterises a table with B-splines and transforms it, once per power of w.
+#define _GNU_SOURCE
+#include "process/env_kernel.h"
+#include "core/mem.h"
+#include "process/bspline.h"
+#include "process/fft.h"
+#include "process/table_cubic.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { RIM = 14 }; // nodes beyond disk and table that splines reach; 0.27^12 is 1e-7
+
+// How the table's nodes share out to the grid along one axis: row k is the grid node
+// (k - reach) * step, of the band of table nodes first[k] .. first[k] + count[k] - 1.
+struct raster {
+    int reach, n;
+    double *weight; // [2 reach + 1][n]
+    int *first, *count;
+};
+
+// Two-point Gauss per piece: B-spline times cubic is smooth within pieces of half a step.
+static bool raster_init(struct raster *r, const struct table *t, double step, struct err *e)
+{
+    *r = (struct raster){.reach = (int)ceil(t->range / step) + RIM, .n = t->n};
+    const int rows = 2 * r->reach + 1;
+    r->weight = sample_alloc((size_t)rows * (size_t)t->n, sizeof *r->weight, "table raster", e);
+    r->first = xcalloc((size_t)rows, sizeof *r->first);
+    r->count = xcalloc((size_t)rows, sizeof *r->count);
+    if (!r->weight)
+        return false;
+    for (int i = 0; i + 1 < t->n; i++) {
+        const double u0 = table_node(t, i), u1 = table_node(t, i + 1);
+        const int pieces = 1 + (int)ceil(2 * (u1 - u0) / step);
+        const double size = (u1 - u0) / pieces;
+        for (int p = 0; p < 2 * pieces; p++) {
+            const double u = u0 + size * (p / 2 + .5 + (p % 2 ? .5 : -.5) / sqrt(3));
+            double from[STENCIL], to[4];
+            int first;
+            if (!table_stencil(t, u, &first, from))
+                continue;
+            const double at = u / step + r->reach;
+            const int g = (int)floor(at);
+            bspline_weights(at - g, to);
+            for (int q = 0; q < 4; q++)
+                for (int k = 0; k < STENCIL && first + k < t->n; k++)
+                    r->weight[(size_t)(g - 1 + q) * (size_t)t->n + (size_t)(first + k)] +=
+                        .5 * size / step * to[q] * from[k];
+        }
+    }
+    for (int k = 0; k < rows; k++) {
+        const double *w = r->weight + (size_t)k * (size_t)t->n;
+        int lo = 0, hi = t->n;
+        while (lo < hi && w[lo] == 0)
+            lo++;
+        while (hi > lo && w[hi - 1] == 0)
+            hi--;
+        r->first[k] = lo;
+        r->count[k] = hi - lo;
+    }
+    return true;
+}
+
+static void raster_finish(struct raster *r)
+{
+    free(r->weight);
+    free(r->first);
+    free(r->count);
+}
+
+// plane[rows][rows][3] of table m, through the columns first.
+static bool rasterise(const struct raster *r, const struct table *t, int m, double *plane,
+                      struct err *e)
+{
+    const int rows = 2 * r->reach + 1;
+    const size_t n = (size_t)t->n, width = (size_t)rows * 3;
+    const float *tab = t->tab + (size_t)m * n * n * 3;
+    double *mid = sample_alloc(n * width, sizeof *mid, "table raster", e); // [n][rows][3]
+    if (!mid)
+        return false;
+#pragma omp parallel for
+    for (int j = 0; j < t->n; j++)
+        for (int k = 0; k < rows; k++) {
+            double *out = mid + (size_t)j * width + 3 * (size_t)k;
+            for (int i = r->first[k]; i < r->first[k] + r->count[k]; i++)
+                for (size_t c = 0; c < 3; c++)
+                    out[c] += r->weight[(size_t)k * n + (size_t)i] *
+                              (double)tab[((size_t)j * n + (size_t)i) * 3 + c];
+        }
+#pragma omp parallel for
+    for (int k = 0; k < rows; k++) {
+        double *out = plane + (size_t)k * width;
+        memset(out, 0, width * sizeof *out);
+        for (int j = r->first[k]; j < r->first[k] + r->count[k]; j++)
+            for (size_t x = 0; x < width; x++)
+                out[x] += r->weight[(size_t)k * n + (size_t)j] * mid[(size_t)j * width + x];
+    }
+    free(mid);
+#pragma omp parallel for
+    for (int k = 0; k < rows; k++)
+        bspline_fit_vectors(plane + (size_t)k * width, rows, 3, 3);
+    bspline_fit_vectors(plane, rows, width, width);
+    return true;
+}
+
+// The look-up behind the product reads with B-spline weights.
+static void shape_spectrum(double *spec, const struct env_grid *g)
+{
+    const int half = g->period / 2 + 1;
+    const double scale = 4 * M_PI * M_PI / ((double)g->period * g->period);
+    for (int j = 0; j < g->period; j++)
+        for (int i = 0; i < half; i++) {
+            double *s = spec + 2 * ((size_t)j * (size_t)half + (size_t)i);
+            const double x = scale * bspline_gain(j, g->period) * bspline_gain(i, g->period);
+            s[0] *= x;
+            s[1] *= x;
+        }
+}
+
+// The plane of channel c times the coefficient of w^power, summed over the tables, transformed.
+static bool transform(struct env_kernel *k, const struct fft *fft, int reach, double *const *planes,
+                      int c, int power, struct err *e)
+{
+    const int p = k->grid.period;
+    const size_t line = 2 * ((size_t)p / 2 + 1);
+    double *spec = sample_alloc((size_t)p * line, sizeof *spec, "kernel", e);
+    if (!spec)
+        return false;
+    const size_t rows = 2 * (size_t)reach + 1;
+    for (int m = 0; m < k->zonal.count; m++)
+        for (int j = -reach; j <= reach; j++)
+            for (int i = -reach; i <= reach; i++) {
+                const double q = k->grid.step * k->grid.step * (i * i + j * j);
+                const size_t from = ((size_t)(j + reach) * rows + (size_t)(i + reach)) * 3;
+                spec[(size_t)((j + p) % p) * line + (size_t)((i + p) % p)] +=
+                    zonal_coef(&k->zonal, m, q, power) * planes[m][from + (size_t)c];
+            }
+    fft_run(fft, spec, spec);
+    shape_spectrum(spec, &k->grid);
+    k->spec[c][power] = spec;
+    return true;
+}
+
+static bool transform_all(struct env_kernel *k, int reach, double *const *planes, struct err *e)
+{
+    struct fft *fft = fft_new(FFT_R2C, FFT_DOUBLE, k->grid.period, k->grid.period, 1, true, e);
+    bool ok = fft != NULL;
+    const int powers = k->zonal.degree + 1;
+#pragma omp parallel for schedule(dynamic)
+    for (int job = 0; job < 3 * powers; job++) {
+        struct err mine = {0};
+        bool used = false;
+        for (int m = 0; m < k->zonal.count; m++)
+            used = used || zonal_uses(&k->zonal, m, job % powers);
+        if (fft && used && !transform(k, fft, reach, planes, job / powers, job % powers, &mine)) {
+#pragma omp critical
+            {
+                ok = false;
+                *e = mine;
+            }
+        }
+    }
+    fft_free(fft);
+    return ok;
+}
+
+static double node_spacing(const struct table *t)
+{
+    double least = INFINITY;
+    for (int i = 0; i + 1 < t->n; i++)
+        least = fmin(least, table_node(t, i + 1) - table_node(t, i));
+    return least;
+}
+
+bool env_kernel_init(struct env_kernel *k, const struct table *t, const struct fresnel *f,
+                     double tolerance, double step, double detail_rad, struct err *e)
+{
+    *k = (struct env_kernel){.not_negative = true};
+    if (step <= 0)
+        step = fmin(.05, fmax(1 / 2048., fmax(node_spacing(t), detail_rad / 3)));
+    const size_t samples = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
+    for (size_t s = 0; s < samples; s++)
+        k->not_negative = k->not_negative && t->tab[s] >= 0;
+    if (!zonal_fit(&k->zonal, t, f, tolerance, e))
+        return false;
+
+    struct raster r;
+    bool ok = raster_init(&r, t, step, e);
+    k->grid = (struct env_grid){.step = step, .half = (int)ceil(1 / step) + RIM};
+    k->grid.side = 2 * k->grid.half + 1;
+    k->grid.period = fft_good_size(k->grid.side + r.reach);
+    const size_t rows = 2 * (size_t)r.reach + 1;
+    double **planes = xcalloc((size_t)t->count, sizeof *planes);
+    for (int m = 0; ok && m < t->count; m++) {
+        planes[m] = sample_alloc(rows * rows * 3, sizeof **planes, "table raster", e);
+        ok = planes[m] && rasterise(&r, t, m, planes[m], e);
+    }
+    ok = ok && transform_all(k, r.reach, planes, e);
+    for (int m = 0; m < t->count; m++)
+        free(planes[m]);
+    free(planes);
+    raster_finish(&r);
+    if (!ok)
+        env_kernel_finish(k);
+    return ok;
+}
+
+void env_kernel_finish(struct env_kernel *k)
+{
+    if (!k)
+        return;
+    for (int c = 0; c < 3; c++)
+        for (int p = 0; p <= ZONAL_MOST; p++)
+            free(k->spec[c][p]);
+    zonal_finish(&k->zonal);
+    *k = (struct env_kernel){0};
+}

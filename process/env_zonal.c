@@ -1,0 +1,158 @@
+// env_zonal.c - the zonal weight as polynomials in w, by least squares over the directions that
+// exist.
+#define _GNU_SOURCE
+#include "process/env_zonal.h"
+#include "core/mem.h"
+#include "process/svd.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIT = 48, CHECK = 97, VALUES = 129 };
+
+double zonal_weight(const struct fresnel *f, double x)
+{
+    const double s = fmax(0, 1 + x);
+    if (!f->schlick)
+        return s * s;
+    const double lost = 1 - sqrt(.5 * s); // 1 - cos theta_d
+    const double l5 = lost * lost * lost * lost * lost;
+    return s * s * (f->r0 + (1 - f->r0) * l5) / f->r0;
+}
+
+double zonal_target(const struct table *t, const struct fresnel *f, int m, double q, double w)
+{
+    const double z = zonal_weight(f, .5 * (q + w * w) - 1);
+    return t->basis == TABLE_PLAIN ? z : z * table_weight(t, m, w) / (4 * M_PI * M_PI * w * w);
+}
+
+// The w that pairs of directions with this q can have: 0 (both grazing) to 2 sqrt(1 - q/4) (both
+// alike). Tables over w begin where they were made.
+static void w_range(const struct table *t, double q, double *lo, double *hi)
+{
+    *hi = fmax(.5, 2 * sqrt(fmax(0, 1 - q / 4)));
+    *lo = t->basis == TABLE_PLAIN ? 0 : fmin(fmax(t->w_min, .1), .5 * *hi);
+}
+
+static double floor_of(const struct table *t, const struct fresnel *f, int m)
+{
+    return 1e-3 * fmax(fabs(zonal_target(t, f, m, 0, 2)), 1e-9);
+}
+
+// Least squares with weights 1 / (|target| + floor), through the SVD of the weighted basis.
+static bool fit_one(const struct table *t, const struct fresnel *f, int m, double q, int degree,
+                    double *coef, struct err *e)
+{
+    double a[FIT * (ZONAL_MOST + 1)], u[FIT * (ZONAL_MOST + 1)], s[ZONAL_MOST + 1];
+    double vt[(ZONAL_MOST + 1) * (ZONAL_MOST + 1)], b[FIT], lo, hi;
+    const int n = degree + 1;
+    w_range(t, q, &lo, &hi);
+    for (int k = 0; k < FIT; k++) {
+        const double w = lo + (hi - lo) * .5 * (1 - cos(M_PI * (k + .5) / FIT));
+        const double z = zonal_target(t, f, m, q, w);
+        const double weight = 1 / (fabs(z) + floor_of(t, f, m));
+        double power = weight;
+        for (int d = 0; d < n; d++, power *= w / hi)
+            a[k * n + d] = power;
+        b[k] = weight * z;
+    }
+    if (!svd(FIT, n, a, u, s, vt, e))
+        return false;
+    for (int d = 0; d < n; d++)
+        coef[d] = 0;
+    for (int r = 0; r < n && s[r] > 1e-14 * s[0]; r++) {
+        double dot = 0;
+        for (int k = 0; k < FIT; k++)
+            dot += u[k * n + r] * b[k];
+        for (int d = 0; d < n; d++)
+            coef[d] += vt[r * n + d] * dot / s[r];
+    }
+    double power = 1;
+    for (int d = 0; d < n; d++, power /= hi)
+        coef[d] *= power;
+    return true;
+}
+
+static double error_of(const struct table *t, const struct fresnel *f, int m, double q, int degree,
+                       const double *coef)
+{
+    double lo, hi, most = 0;
+    w_range(t, q, &lo, &hi);
+    for (int k = 0; k < CHECK; k++) {
+        const double w = lo + (hi - lo) * k / (CHECK - 1), z = zonal_target(t, f, m, q, w);
+        double sum = 0;
+        for (int d = degree; d >= 0; d--)
+            sum = sum * w + coef[d];
+        most = fmax(most, fabs(sum - z) / fmax(fabs(z), floor_of(t, f, m)));
+    }
+    return most;
+}
+
+static bool fit_degree(struct zonal *z, const struct table *t, const struct fresnel *f,
+                       double tolerance, struct err *e)
+{
+    z->error = 0;
+    for (int m = 0; m < z->count; m++)
+        for (int k = z->n - 1; k >= 0 && z->error <= tolerance; k--) {
+            const double h = z->h_max * k / (z->n - 1);
+            double *coef =
+                z->coef + ((size_t)m * (size_t)z->n + (size_t)k) * (size_t)(z->degree + 1);
+            if (!fit_one(t, f, m, h * h, z->degree, coef, e))
+                return false;
+            z->error = fmax(z->error, error_of(t, f, m, h * h, z->degree, coef));
+        }
+    return true;
+}
+
+bool zonal_fit(struct zonal *z, const struct table *t, const struct fresnel *f, double tolerance,
+               struct err *e)
+{
+    *z = (struct zonal){.count = t->count, .n = VALUES, .h_max = fmin(2, M_SQRT2 * t->range)};
+    if (t->basis == TABLE_PLAIN && !f->schlick) {
+        z->degree = 4;
+        return true;
+    }
+    z->coef = xcalloc((size_t)z->count * VALUES * (ZONAL_MOST + 1), sizeof *z->coef);
+    double best = INFINITY;
+    for (z->degree = 0; z->degree <= ZONAL_MOST; z->degree++) {
+        if (!fit_degree(z, t, f, tolerance, e)) {
+            zonal_finish(z);
+            return false;
+        }
+        if (z->error <= tolerance)
+            return true;
+        best = fmin(best, z->error);
+    }
+    zonal_finish(z);
+    return err_set(e, ERR_DATA, "bad tolerance %g: the zonal weight can be had to %.2g", tolerance,
+                   best);
+}
+
+void zonal_finish(struct zonal *z)
+{
+    if (z)
+        free(z->coef);
+    *z = (struct zonal){0};
+}
+
+double zonal_coef(const struct zonal *z, int m, double q, int k)
+{
+    if (!z->coef)
+        return k == 0 ? q * q / 4 : k == 2 ? q / 2 : k == 4 ? .25 : 0;
+    const double x = fmin(sqrt(q) / z->h_max, 1) * (z->n - 1);
+    const int i = x < z->n - 2 ? (int)x : z->n - 2;
+    const size_t n = (size_t)z->degree + 1;
+    const double *c = z->coef + ((size_t)m * (size_t)z->n + (size_t)i) * n + k;
+    return c[0] + (x - i) * (c[n] - c[0]);
+}
+
+bool zonal_uses(const struct zonal *z, int m, int k)
+{
+    if (!z->coef)
+        return k % 2 == 0;
+    for (int i = 0; i < z->n; i++)
+        if (z->coef[((size_t)m * (size_t)z->n + (size_t)i) * (size_t)(z->degree + 1) + (size_t)k] !=
+            0)
+            return true;
+    return false;
+}

@@ -1,0 +1,61 @@
+// table_cubic.c - a diffraction table between its nodes, to fourth order.
+#define _GNU_SOURCE
+#include "process/table_cubic.h"
+#include "core/spectrum.h"
+#include <math.h>
+#include <stddef.h>
+
+bool table_stencil(const struct table *t, double u, int *first, double weight[STENCIL])
+{
+    const double at = table_index(t, u);
+    if (isnan(at))
+        return false;
+    const int count = t->n < STENCIL ? t->n : STENCIL;
+    const int i = (int)at - (count - 2) / 2;
+    *first = i < 0 ? 0 : i > t->n - count ? t->n - count : i;
+    const double x = at - *first;
+    for (int k = 0; k < STENCIL; k++) {
+        weight[k] = k < count;
+        for (int m = 0; m < count && k < count; m++)
+            if (m != k)
+                weight[k] *= (x - m) / (k - m);
+    }
+    return true;
+}
+
+void table_cubic(const struct table *t, double u, double v, double w, double out[3])
+{
+    double wx[STENCIL], wy[STENCIL];
+    int i, j;
+    out[0] = out[1] = out[2] = 0;
+    if (!table_stencil(t, u, &i, wx) || !table_stencil(t, v, &j, wy))
+        return;
+    const size_t n = (size_t)t->n;
+    const int side = t->n < STENCIL ? t->n : STENCIL;
+    for (int m = 0; m < t->count; m++) {
+        const float *a = t->tab + ((size_t)m * n * n + (size_t)j * n + (size_t)i) * 3;
+        double sum[3] = {0};
+        for (int q = 0; q < side; q++, a += 3 * n)
+            for (int p = 0; p < side; p++)
+                for (int c = 0; c < 3; c++)
+                    sum[c] += wy[q] * wx[p] * (double)a[3 * p + c];
+        const double weight = t->basis == TABLE_PLAIN ? 1 : table_weight(t, m, w);
+        for (int c = 0; c < 3; c++)
+            out[c] += weight * sum[c];
+    }
+}
+
+void table_to_rgb(struct table *t)
+{
+    if (t->is_rgb)
+        return;
+    const size_t n = (size_t)t->count * (size_t)t->n * (size_t)t->n;
+    for (size_t k = 0; k < n; k++) {
+        float *px = t->tab + 3 * k;
+        double rgb[3];
+        xyz_to_rgb((double[]){(double)px[0], (double)px[1], (double)px[2]}, rgb);
+        for (int c = 0; c < 3; c++)
+            px[c] = (float)rgb[c];
+    }
+    t->is_rgb = true;
+}

@@ -1,8 +1,0 @@
-// cpu.h - the reference renderer: every pixel in double, sharing no code with the shaders.
-#pragma once
-#include "render/scene.h"
-
-// Linear radiance, R,G,B, s->h x s->w. Plain: one ray through the centre of each pixel, lights are
-// points, as the GL renderer draws. `integrate`: the mean over 8 x 8 rays a pixel and over the
-// area of each light.
-bool cpu_render(const struct scene *s, bool integrate, struct image *out, struct err *e);

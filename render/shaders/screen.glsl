@@ -1,5 +1,0 @@
-// screen.glsl - vertex shader: one triangle that covers the target; no vertex data.
-void main()
-{
-    gl_Position = vec4(gl_VertexID == 1 ? 3 : -1, gl_VertexID == 2 ? 3 : -1, 0, 1);
-}

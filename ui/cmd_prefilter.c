@@ -1,0 +1,170 @@
+// cmd_prefilter.c - nacre prefilter: what a diffracting sample shows of its surroundings.
+#define _GNU_SOURCE
+#include "core/imgfile.h"
+#include "core/log.h"
+#include "process/env_direct.h"
+#include "process/env_exact.h"
+#include "process/table_cubic.h"
+#include "ui/commands.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct args {
+    const char *lut;
+    double range;
+    int power;
+    const char *tangent, *normal, *method, *fresnel;
+    double r0, tolerance;
+    int size;
+    const char *out;
+};
+
+#define AT(field) offsetof(struct args, field)
+static const struct opt opts[] = {
+    {"lut", OPT_FILE, AT(lut), "LUT", NULL, "the diffraction table", UNIT_NONE, true},
+    {"range", OPT_NUM, AT(range), "R", NULL, "range of a table whose file does not say (.pfm)"},
+    {"power", OPT_INT, AT(power), "P", "1", "its power"},
+    {"tangent", OPT_LIST, AT(tangent), "X,Y,Z", NULL, "tangent of the sample, in the world",
+     UNIT_NONE, true},
+    {"normal", OPT_LIST, AT(normal), "X,Y,Z", NULL, "normal of the sample; bitangent = n x t",
+     UNIT_NONE, true},
+    {"method", OPT_CHOICE, AT(method), "exact|direct", "exact",
+     "plane convolutions, or full integration"},
+    {"fresnel", OPT_CHOICE, AT(fresnel), "constant|schlick", "constant", "F over the angle"},
+    {"r0", OPT_NUM, AT(r0), "R0", "0.04", "power reflectance at normal incidence (schlick)"},
+    {"tolerance", OPT_NUM, AT(tolerance), "E", "1e-3",
+     "of the Fresnel term and the weight of angles, relative (exact)"},
+    {"size", OPT_INT, AT(size), "N", NULL, "nodes a side", UNIT_NONE, true},
+    {"o", OPT_FILE, AT(out), "OUT", NULL, "the map: .exr .pfm .hdr", UNIT_NONE, true},
+    {0},
+};
+#undef AT
+
+static bool read_vector(const char *text, const char *name, struct vec3 *v, struct err *e)
+{
+    double x[3];
+    const int n = cli_numbers(text, UNIT_NONE, x, 3, e);
+    if (n < 0)
+        return err_in(e, "--%s", name);
+    if (n != 3)
+        return err_set(e, ERR_USAGE, "--%s: needs X,Y,Z, not '%.60s'", name, text);
+    *v = v3(x[0], x[1], x[2]);
+    return v3_norm(*v) > 0 ||
+           err_set(e, ERR_DATA, "--%s: %s is no direction: its length is 0", name, text);
+}
+
+static bool read_frame(const struct args *a, struct frame *f, struct err *e)
+{
+    struct vec3 t, n;
+    if (!read_vector(a->tangent, "tangent", &t, e) || !read_vector(a->normal, "normal", &n, e))
+        return false;
+    return frame_from(t, n, f) ||
+           err_set(e, ERR_DATA, "tangent %s is parallel to normal %s: it must lie in the surface",
+                   a->tangent, a->normal);
+}
+
+static bool read_lut(const struct args *a, struct table *t, struct err *e)
+{
+    const struct table_nodes assume = {a->range, a->power};
+    if (!table_read(t, a->lut, isnan(a->range) ? NULL : &assume, e))
+        return false;
+    const size_t n = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
+    for (size_t k = 0; k < n; k++)
+        if (!isfinite(t->tab[k])) {
+            const size_t node = k / 3 % ((size_t)t->n * (size_t)t->n);
+            return err_set(e, ERR_DATA, "%s: node (%zu, %zu) is %g: must be finite", a->lut,
+                           node % (size_t)t->n, node / (size_t)t->n, (double)t->tab[k]);
+        }
+    if (!strcmp(path_ext(a->lut), ".pfm")) // it cannot say; colours meet those of the map
+        t->is_rgb = true;
+    table_to_rgb(t);
+    return true;
+}
+
+static bool check(const struct args *a, struct err *e)
+{
+    if (!(a->r0 > 0 && a->r0 <= 1))
+        return err_set(e, ERR_DATA, "bad --r0 %g: must be above 0 and at most 1", a->r0);
+    if (a->size < 2 || a->size > 16384)
+        return err_set(e, ERR_DATA, "bad --size %d: must be 2 to 16384", a->size);
+    return true;
+}
+
+static bool filter(const struct args *a, struct cli *cli, const struct environment *env,
+                   const struct table *t, const struct frame *frame, struct image *out,
+                   struct err *e)
+{
+    const struct fresnel f = {!strcmp(a->fresnel, "schlick"), a->r0};
+    const double start = now_s();
+    if (!strcmp(a->method, "direct")) {
+        if (!env_direct_map(t, &f, env, frame, a->size, out, e))
+            return false;
+        doc_num(cli->doc, "seconds", now_s() - start);
+        return true;
+    }
+    struct env_kernel k;
+    if (!env_kernel_init(&k, t, &f, a->tolerance, 0, M_PI / env->map.h, e))
+        return false;
+    const double ready = now_s();
+    const bool ok = env_exact(&k, env, frame, a->size, out, e);
+    doc_int(cli->doc, "grid", k.grid.side);
+    doc_int(cli->doc, "period", k.grid.period);
+    doc_int(cli->doc, "degree", k.zonal.degree);
+    doc_num(cli->doc, "weight_error", k.zonal.error);
+    doc_num(cli->doc, "kernel_s", ready - start);
+    doc_num(cli->doc, "seconds", now_s() - start);
+    env_kernel_finish(&k);
+    return ok;
+}
+
+static void record(const struct args *a, const struct cli *cli, const struct frame *f,
+                   struct meta *m)
+{
+    meta_set_text(m, "nacre.version", NACRE_VERSION);
+    meta_set_text(m, "nacre.command", cli->line);
+    meta_set_text(m, "nacre.environment", cli->operand[0]);
+    meta_set_text(m, "nacre.lut", a->lut);
+    meta_set_num(m, "nacre.range", 1);
+    meta_set_num(m, "nacre.power", 1);
+    meta_set_nums(m, "nacre.tangent", (double[]){f->t.x, f->t.y, f->t.z}, 3);
+    meta_set_nums(m, "nacre.normal", (double[]){f->n.x, f->n.y, f->n.z}, 3);
+}
+
+static bool run(const void *args, struct cli *cli, struct err *e)
+{
+    const struct args *a = args;
+    struct environment env = {0};
+    struct table t = {0};
+    struct image out = {0};
+    struct frame f;
+    const bool ok = check(a, e) && read_frame(a, &f, e) && read_lut(a, &t, e) &&
+                    environment_read(&env, cli->operand[0], e) &&
+                    filter(a, cli, &env, &t, &f, &out, e);
+    if (ok)
+        record(a, cli, &f, &out.meta);
+    const bool written = ok && image_write(&out, a->out, e);
+    if (written)
+        doc_text(cli->doc, "output", a->out);
+    image_finish(&out);
+    table_finish(&t);
+    environment_finish(&env);
+    return written;
+}
+
+const struct command cmd_prefilter = {
+    .name = "prefilter",
+    .summary = "the light that a diffracting sample sends on from an environment",
+    .operands = "ENV",
+    .min_operands = 1,
+    .max_operands = 1,
+    .opts = opts,
+    .args_size = sizeof(struct args),
+    .notes = "ENV is a lat-long map of radiance (.hdr .exr .pfm), twice as wide as high.\n"
+             "The map written holds the outgoing radiance over (o_t, o_b), the direction cosines\n"
+             "of the viewer: column i is o_t = 2i/(N-1) - 1, row j is o_b = 2j/(N-1) - 1, and 0\n"
+             "outside the unit disk.\n"
+             "  nacre prefilter grace.hdr --lut lut.exr --tangent 1,0,0 --normal 0,0,1 --size 512 "
+             "-o map.exr",
+    .run = run,
+};
