@@ -391,10 +391,13 @@ bool exr_write(const struct image *im, const char *path, struct err *e)
     const exr_context_initializer_t set = settings(reason);
     exr_context_t f = NULL;
     exr_result_t r = exr_start_write(&f, path, EXR_WRITE_FILE_DIRECTLY, &set);
+    const char *wanted = meta_text(&im->meta, "compression");
+    const exr_compression_t compression =
+        wanted && !strcmp(wanted, "none") ? EXR_COMPRESSION_NONE : EXR_COMPRESSION_ZIP;
     int part;
     if (!r && !(r = exr_set_longname_support(f, 1)) &&
         !(r = exr_add_part(f, NULL, EXR_STORAGE_SCANLINE, &part)) &&
-        !(r = exr_initialize_required_attr_simple(f, 0, im->w, im->h, EXR_COMPRESSION_ZIP)) &&
+        !(r = exr_initialize_required_attr_simple(f, 0, im->w, im->h, compression)) &&
         !(r = add_channels(f, names)) && !(r = write_meta(f, &im->meta)) &&
         !(r = exr_write_header(f)))
         r = write_rows(f, im, names);

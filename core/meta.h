@@ -1,7 +1,8 @@
 // meta.h - what is known about a product: a short ordered list of named numbers and texts.
 //
 // Keys are those of the files: "expTime", "isoSpeed", "aperture", "capDate", "chromaticities" and
-// "whiteLuminance" are OpenEXR's standard attributes; ours start with "nacre." (docs/formats.md).
+// "whiteLuminance" are OpenEXR's standard attributes; ours start with "nacre." (docs/formats.md). The
+// text "none" for "compression" asks the .exr writer not to compress.
 #pragma once
 #include <stdbool.h>
 

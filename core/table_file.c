@@ -109,6 +109,7 @@ bool table_write(const struct table *t, const char *path, struct err *e)
                          : channel_names(&(struct table){
                                .count = t->count, .basis = t->basis, .is_rgb = t->is_rgb});
     meta_set_text(&im.meta, "channels", names);
+    meta_set_text(&im.meta, "compression", "none"); // ZIP: 5 % smaller, 20 times slower
     free(names);
     const bool ok = image_write(&im, path, e);
     image_finish(&im);

@@ -45,6 +45,12 @@ void bspline_fit_line(double *c, int n, int degree)
     }
 }
 
+// A filter that rings into a dark region must not end in denormal numbers, which are slow.
+static inline float calm(float x)
+{
+    return fabsf(x) < 1e-32f ? 0 : x;
+}
+
 // c[n][LANES], n >= 2
 __attribute__((target_clones("avx512f", "avx2", "default"))) static void fit_lanes(float *c, int n,
                                                                                    int degree)
@@ -62,13 +68,13 @@ __attribute__((target_clones("avx512f", "avx2", "default"))) static void fit_lan
         memcpy(c, sum, sizeof sum);
         for (float *row = c + LANES; row < c + n * LANES; row += LANES)
             for (int q = 0; q < LANES; q++)
-                row[q] += pole * row[q - LANES];
+                row[q] = calm(row[q] + pole * row[q - LANES]);
         float *last = c + (n - 1) * LANES;
         for (int q = 0; q < LANES; q++)
             last[q] = end * (last[q] + pole * last[q - LANES]);
         for (float *row = last - LANES; row >= c; row -= LANES)
             for (int q = 0; q < LANES; q++)
-                row[q] = pole * (row[q + LANES] - row[q]);
+                row[q] = calm(pole * (row[q + LANES] - row[q]));
     }
 }
 
@@ -96,21 +102,31 @@ static void fit_lines(float *px, int n, int lines, size_t line_step, size_t step
     }
 }
 
-void bspline_fit_image(float *px, int w, int h, int degree)
+void bspline_fit_rows(float *px, int w, int h, int degree)
 {
     fit_lines(px, w, h, (size_t)w, 1, degree);
+}
+
+void bspline_fit_columns(float *px, int w, int h, int degree)
+{
     fit_lines(px, h, w, 1, (size_t)w, degree);
+}
+
+void bspline_fit_image(float *px, int w, int h, int degree)
+{
+    bspline_fit_rows(px, w, h, degree);
+    bspline_fit_columns(px, w, h, degree);
 }
 
 double bspline_basis(int degree, double x)
 {
     // Truncated powers: sum over k of (-1)^k binomial(n + 1, k) (x + (n + 1) / 2 - k)_+^n / n!
-    static const double binomial[2][7] = {{1, 4, 6, 4, 1}, {1, 6, 15, 20, 15, 6, 1}};
-    const double half = 0.5 * (degree + 1), from = half - fabs(x);
-    double sum = 0;
-    for (int k = 0; k < from; k++)
-        sum += (k % 2 ? -1 : 1) * binomial[degree == BSPLINE_QUINTIC][k] * pow(from - k, degree);
-    return sum / (degree == BSPLINE_CUBIC ? 6 : 120);
+    static const double binomial[2][6] = {{1, -4, 6, -4}, {1, -6, 15, -20, 15, -6}};
+    const bool is_cubic = degree == BSPLINE_CUBIC;
+    double sum = 0, y = 0.5 * (degree + 1) - fabs(x);
+    for (const double *b = binomial[!is_cubic]; y > 0; y -= 1)
+        sum += *b++ * y * y * y * (is_cubic ? 1 : y * y);
+    return sum / (is_cubic ? 6 : 120);
 }
 
 void bspline_weights(double x, double w[4])

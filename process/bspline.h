@@ -9,7 +9,9 @@
 
 enum { BSPLINE_CUBIC = 3, BSPLINE_QUINTIC = 5, BSPLINE_MAX_TAPS = 6 };
 
-// px[h][w]: rows, then columns. Fits in parallel; the same bytes for any number of threads.
+// px[h][w], in parallel; the same bytes for any number of threads. An image is rows, then columns.
+void bspline_fit_rows(float *px, int w, int h, int degree);
+void bspline_fit_columns(float *px, int w, int h, int degree);
 void bspline_fit_image(float *px, int w, int h, int degree);
 
 void bspline_fit_line(double *line, int n, int degree);

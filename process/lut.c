@@ -3,6 +3,7 @@
 #include "process/lut.h"
 #include "core/log.h"
 #include <math.h>
+#include <stdio.h>
 
 static bool check(const struct lut_request *r, struct err *e)
 {
@@ -29,20 +30,56 @@ static bool check(const struct lut_request *r, struct err *e)
     return table_nodes_check(r->n, r->range, r->power, e);
 }
 
+const char *lut_method_name(enum lut_method m)
+{
+    static const char *const names[] = {"auto", "exact", "sampled", "floor"};
+    return names[m];
+}
+
+// Rough cost in look-ups: enough to tell methods apart that differ by factors.
+static enum lut_method pick(const struct lut_request *r, char *why, size_t size)
+{
+    const double nodes = (double)r->n * r->n, pixels = (double)r->pattern->w * r->pattern->h;
+    const int wavelengths = r->wavelengths ? r->wavelengths : lut_sampled_wavelengths(r->tolerance);
+    const double floor_cost = nodes * 81 / 8, sampled_cost = nodes * wavelengths;
+    const double exact_cost = 2 * pixels + nodes + 1e5;
+    if (r->tolerance >= 0.3 && floor_cost < fmin(sampled_cost, exact_cost)) {
+        snprintf(why, size, "an error of %g is allowed, and the table is small", r->tolerance);
+        return LUT_FLOOR;
+    }
+    if (sampled_cost < exact_cost) {
+        snprintf(why, size,
+                 "%d wavelengths keep the error near %g, and for so few nodes that is "
+                 "less work than resampling the pattern",
+                 wavelengths, r->tolerance);
+        return LUT_SAMPLED;
+    }
+    snprintf(why, size, "it keeps the error below %g with some %.0f times less work than sampling",
+             r->tolerance, sampled_cost / exact_cost);
+    return LUT_EXACT;
+}
+
 bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *report,
                struct err *e)
 {
-    struct table got = {0};
-    *report = (struct lut_report){.method = LUT_SAMPLED};
+    static lut_fn *const methods[] = {NULL, lut_exact, lut_sampled, lut_floor};
     const double start_s = now_s();
-    if (!check(r, e) || !table_init(&got, r->n, r->range, r->power, 1, e))
+    struct lut_report did = {.method = r->method};
+    struct table got = {0};
+    if (!check(r, e))
+        return false;
+    snprintf(did.why, sizeof did.why, "as asked for");
+    if (did.method == LUT_AUTO)
+        did.method = pick(r, did.why, sizeof did.why);
+    if (!table_init(&got, r->n, r->range, r->power, 1, e))
         return false;
     got.is_rgb = r->is_rgb;
-    if (!lut_sampled(r, &got, report, e)) {
+    if (!methods[did.method](r, &got, &did, e)) {
         table_finish(&got);
         return false;
     }
-    report->seconds = now_s() - start_s;
+    did.seconds = now_s() - start_s;
+    *report = did;
     *t = got;
     return true;
 }

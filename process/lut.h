@@ -11,7 +11,7 @@
 #include "process/lut_pattern.h"
 
 enum lut_method {
-    LUT_AUTO,    // the cheapest that keeps the tolerance
+    LUT_AUTO,    // the fastest that keeps the tolerance
     LUT_EXACT,   // log-radius resampling, one correlation per ray, resampling
     LUT_SAMPLED, // per node a sum over wavelengths, cubic B-spline
     LUT_FLOOR,   // T17's released program: 81 wavelengths, the pixel to the lower left
@@ -48,5 +48,11 @@ bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *
                struct err *e);
 
 // The methods themselves: r is checked, t initialised.
-bool lut_sampled(const struct lut_request *r, struct table *t, struct lut_report *report,
-                 struct err *e);
+typedef bool lut_fn(const struct lut_request *r, struct table *t, struct lut_report *report,
+                    struct err *e);
+lut_fn lut_exact, lut_sampled, lut_floor;
+
+// Wavelengths that the sampled method needs for a tolerance.
+int lut_sampled_wavelengths(double tolerance);
+
+const char *lut_method_name(enum lut_method m);

@@ -46,7 +46,8 @@ static const struct opt opts[] = {
     {"range", OPT_NUM, AT(range), "R", NULL, "the table holds |u|, |v| <= R", UNIT_NONE, true},
     {"power", OPT_INT, AT(power), "P", "1", "odd power that crowds nodes to the middle"},
     {"rgb", OPT_FLAG, AT(rgb), NULL, NULL, "linear sRGB in place of XYZ"},
-    {"method", OPT_CHOICE, AT(method), "sampled", "sampled", "how the integral is taken"},
+    {"method", OPT_CHOICE, AT(method), "auto|exact|sampled|floor", "auto",
+     "how the integral is taken; auto: the fastest that keeps the tolerance"},
     {"tolerance", OPT_NUM, AT(tolerance), "E", "1e-4", "wanted relative L2 error"},
     {"wavelengths", OPT_INT, AT(wavelengths), "N", NULL,
      "of the sampled method (default: by the tolerance)"},
@@ -123,6 +124,14 @@ static void record(struct table *t, const struct args *a, const struct lut_reque
     meta_set_nums(m, "nacre.center_px", (double[]){r->pattern->cx, r->pattern->cy}, 2);
 }
 
+static enum lut_method method_of(const char *name)
+{
+    enum lut_method m = LUT_AUTO;
+    while (strcmp(lut_method_name(m), name))
+        m++;
+    return m;
+}
+
 static bool build(const struct args *a, struct cli *cli, const struct lut_pattern *p,
                   const struct spectrum *light, struct err *e)
 {
@@ -136,7 +145,7 @@ static bool build(const struct args *a, struct cli *cli, const struct lut_patter
         .range = a->range,
         .power = a->power,
         .is_rgb = a->rgb,
-        .method = LUT_SAMPLED,
+        .method = method_of(a->method),
         .tolerance = a->tolerance,
         .wavelengths = a->wavelengths,
     };
@@ -150,9 +159,11 @@ static bool build(const struct args *a, struct cli *cli, const struct lut_patter
     if (!ok)
         return false;
     doc_text(cli->doc, "output", a->out);
-    doc_text(cli->doc, "method", a->method);
+    doc_text(cli->doc, "method", lut_method_name(report.method));
+    doc_text(cli->doc, "why", report.why);
     doc_nums(cli->doc, "center_px", (double[]){p->cx, p->cy}, 2);
-    doc_int(cli->doc, "wavelengths", report.wavelengths);
+    if (report.wavelengths)
+        doc_int(cli->doc, "wavelengths", report.wavelengths);
     doc_num(cli->doc, "seconds", report.seconds);
     return true;
 }
