@@ -12,3 +12,5 @@ extern const struct command cmd_lut;
 extern const struct command cmd_render;
 extern const struct command cmd_hdr;
 extern const struct command cmd_prefilter;
+extern const struct command cmd_eval;
+extern const struct command cmd_tables;

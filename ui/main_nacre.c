@@ -9,6 +9,8 @@ static const struct command *const commands[] = {
     &cmd_doctor,
     &cmd_simulate,
     &cmd_lut,
+    &cmd_tables,
+    &cmd_eval,
     &cmd_hdr,
     &cmd_prefilter,
     &cmd_bench,
