@@ -190,66 +190,95 @@ static char *channel_order(exr_const_context_t f, const exr_attr_chlist_t *ch)
     return list;
 }
 
-// One chunk (rows, or a tile) into the interleaved picture, as float32.
-static bool decode_chunk(exr_const_context_t f, exr_decode_pipeline_t *d, bool *started,
-                         const exr_chunk_info_t *chunk, const struct image *im, const char *names,
-                         int left, int top)
+struct reader {
+    exr_const_context_t f;
+    struct image *im;
+    int *place;   // [nc] the picture's channel of each of the file's
+    float *plane; // [nc][lines][width] of one chunk
+    exr_decode_pipeline_t pipe;
+    bool started, is_foreign; // is_foreign: the library has no code for this compression
+};
+
+// One chunk (rows, or a tile) as float32 into its place. It is unpacked channel by channel first:
+// OpenEXR 3.1 puts half floats of four channels into the wrong ones when it interleaves.
+static bool decode_chunk(struct reader *r, const exr_chunk_info_t *chunk, int left, int top)
 {
-    if (*started ? exr_decoding_update(f, 0, chunk, d) : exr_decoding_initialize(f, 0, chunk, d))
+    const struct image *im = r->im;
+    exr_decode_pipeline_t *d = &r->pipe;
+    if (chunk->width < 1 || chunk->height < 1 || chunk->width > im->w - left ||
+        chunk->height > im->h - top)
         return false;
-    const size_t at = (size_t)top * (size_t)im->w + (size_t)left;
-    for (int c = 0; c < d->channel_count; c++) {
+    if (r->started ? exr_decoding_update(r->f, 0, chunk, d)
+                   : exr_decoding_initialize(r->f, 0, chunk, d))
+        return false;
+    const size_t w = (size_t)chunk->width, h = (size_t)chunk->height, nc = (size_t)im->nc;
+    for (size_t c = 0; c < nc; c++) {
         exr_coding_channel_info_t *ch = &d->channels[c];
-        const int place = list_index(names, ch->channel_name);
-        ch->decode_to_ptr = (uint8_t *)(im->px + at * (size_t)im->nc + place);
+        ch->decode_to_ptr = (uint8_t *)(r->plane + c * w * h);
         ch->user_data_type = EXR_PIXEL_FLOAT;
         ch->user_bytes_per_element = 4;
-        ch->user_pixel_stride = im->nc * 4;
-        ch->user_line_stride = im->w * im->nc * 4;
+        ch->user_pixel_stride = 4;
+        ch->user_line_stride = chunk->width * 4;
     }
-    if (!*started && exr_decoding_choose_default_routines(f, 0, d))
+    if (!r->started && exr_decoding_choose_default_routines(r->f, 0, d))
         return false;
-    *started = true;
-    return !exr_decoding_run(f, 0, d);
+    r->started = true;
+    const exr_result_t result = exr_decoding_run(r->f, 0, d);
+    r->is_foreign = result == EXR_ERR_FEATURE_NOT_IMPLEMENTED;
+    if (result)
+        return false;
+    for (size_t j = 0; j < h; j++) {
+        float *row = im->px + (((size_t)top + j) * (size_t)im->w + (size_t)left) * nc;
+        for (size_t c = 0; c < nc; c++)
+            for (size_t i = 0; i < w; i++)
+                row[i * nc + (size_t)r->place[c]] = r->plane[(c * h + j) * w + i];
+    }
+    return true;
 }
 
-static bool read_rows(exr_const_context_t f, const struct image *im, const char *names, int y0,
-                      struct err *e)
+static bool reader_init(struct reader *r, int w, int h, struct err *e)
 {
+    const size_t n = (size_t)w * (size_t)h * (size_t)r->im->nc;
+    r->plane = sample_alloc(n, sizeof *r->plane, "OpenEXR chunk", e);
+    return r->plane != NULL;
+}
+
+static bool read_rows(struct reader *r, int y0, struct err *e)
+{
+    const int w = r->im->w, h = r->im->h;
     int32_t lines = 1;
-    exr_get_scanlines_per_chunk(f, 0, &lines);
-    exr_decode_pipeline_t d = EXR_DECODE_PIPELINE_INITIALIZER;
-    bool started = false;
+    if (exr_get_scanlines_per_chunk(r->f, 0, &lines) || lines < 1)
+        return err_set(e, ERR_DATA, "bad OpenEXR header: rows of a chunk");
+    if (!reader_init(r, w, lines < h ? lines : h, e))
+        return false;
     int j = 0;
-    for (; j < im->h; j += lines) {
+    for (; j < h; j += lines) {
         exr_chunk_info_t chunk;
-        if (exr_read_scanline_chunk_info(f, 0, y0 + j, &chunk) ||
-            !decode_chunk(f, &d, &started, &chunk, im, names, 0, j))
+        if (exr_read_scanline_chunk_info(r->f, 0, y0 + j, &chunk) || chunk.height > lines ||
+            !decode_chunk(r, &chunk, 0, j))
             break;
     }
-    exr_decoding_destroy(f, &d);
-    return j >= im->h ||
-           err_set(e, ERR_DATA, "damaged or cut short: row %d of %d cannot be read", j, im->h);
+    return j >= h ||
+           err_set(e, ERR_DATA, "damaged or cut short: row %d of %d cannot be read", j, h);
 }
 
-static bool read_tiles(exr_const_context_t f, const struct image *im, const char *names,
-                       struct err *e)
+static bool read_tiles(struct reader *r, struct err *e)
 {
+    const int w = r->im->w, h = r->im->h;
     int32_t tw = 0, th = 0;
-    if (exr_get_tile_sizes(f, 0, 0, 0, &tw, &th) || tw < 1 || th < 1)
+    if (exr_get_tile_sizes(r->f, 0, 0, 0, &tw, &th) || tw < 1 || th < 1)
         return err_set(e, ERR_DATA, "bad OpenEXR header: tile size");
-    exr_decode_pipeline_t d = EXR_DECODE_PIPELINE_INITIALIZER;
-    bool started = false, ok = true;
-    for (int j = 0; ok && j < im->h; j += th)
-        for (int i = 0; ok && i < im->w; i += tw) {
+    if (!reader_init(r, tw < w ? tw : w, th < h ? th : h, e))
+        return false;
+    for (int j = 0; j < h; j += th)
+        for (int i = 0; i < w; i += tw) {
             exr_chunk_info_t chunk;
-            ok = (!exr_read_tile_chunk_info(f, 0, i / tw, j / th, 0, 0, &chunk) &&
-                  decode_chunk(f, &d, &started, &chunk, im, names, i, j)) ||
-                 err_set(e, ERR_DATA, "damaged or cut short: the tile at (%d, %d) cannot be read",
-                         i, j);
+            if (exr_read_tile_chunk_info(r->f, 0, i / tw, j / th, 0, 0, &chunk) ||
+                chunk.width > tw || chunk.height > th || !decode_chunk(r, &chunk, i, j))
+                return err_set(e, ERR_DATA,
+                               "damaged or cut short: the tile at (%d, %d) cannot be read", i, j);
         }
-    exr_decoding_destroy(f, &d);
-    return ok;
+    return true;
 }
 
 static bool check_channels(const exr_attr_chlist_t *ch, struct err *e)
@@ -290,8 +319,16 @@ static bool read_part(exr_const_context_t f, struct image *im, int64_t size, str
     char *names = channel_order(f, ch);
     read_meta(f, &im->meta);
     meta_set_text(&im->meta, "channels", names);
-    const bool ok = storage == EXR_STORAGE_TILED ? read_tiles(f, im, names, e)
-                                                 : read_rows(f, im, names, win.min.y, e);
+    struct reader r = {.f = f, .im = im};
+    r.place = xcalloc((size_t)im->nc, sizeof *r.place);
+    for (int c = 0; c < im->nc; c++)
+        r.place[c] = list_index(names, ch->entries[c].name.str);
+    const bool ok = storage == EXR_STORAGE_TILED ? read_tiles(&r, e) : read_rows(&r, win.min.y, e);
+    if (r.is_foreign) // DWAA and DWAB with OpenEXR 3.1
+        err_set(e, ERR_DATA, "the installed OpenEXR cannot decode its compression: use ZIP or PIZ");
+    exr_decoding_destroy(f, &r.pipe);
+    free(r.place);
+    free(r.plane);
     free(names);
     return ok;
 }

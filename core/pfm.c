@@ -39,15 +39,17 @@ static bool number(FILE *f, const char *what, double *value, struct err *e)
     return true;
 }
 
-static bool side(FILE *f, const char *what, int *value, struct err *e)
+static bool size(FILE *f, int *w, int *h, struct err *e)
 {
-    double v = 0;
-    if (!number(f, what, &v, e))
+    double v[2] = {0, 0};
+    if (!number(f, "width", &v[0], e) || !number(f, "height", &v[1], e))
         return false;
-    if (v < 1 || v > IMAGE_MAX_SIDE || v != floor(v))
-        return err_set(e, ERR_DATA, "bad PFM header: %s is %g, must be 1 to %d", what, v,
-                       IMAGE_MAX_SIDE);
-    *value = (int)v;
+    for (int k = 0; k < 2; k++)
+        if (v[k] < 1 || v[k] > IMAGE_MAX_SIDE || v[k] != floor(v[k]))
+            return err_set(e, ERR_DATA, "bad size %g x %g: each side must be 1 to %d pixels", v[0],
+                           v[1], IMAGE_MAX_SIDE);
+    *w = (int)v[0];
+    *h = (int)v[1];
     return true;
 }
 
@@ -75,10 +77,9 @@ static bool read_file(struct infile *in, struct image *im, struct err *e)
     const int nc = !strcmp(magic, "PF") ? 3 : !strcmp(magic, "Pf") ? 1 : 0;
     if (!nc)
         return err_set(e, ERR_DATA, "not a PFM file: must begin with PF or Pf");
-    int w, h;
+    int w = 0, h = 0;
     double scale = 0; // its sign is the byte order; its size is a unit that hardly anyone uses
-    if (!side(in->f, "width", &w, e) || !side(in->f, "height", &h, e) ||
-        !number(in->f, "scale", &scale, e))
+    if (!size(in->f, &w, &h, e) || !number(in->f, "scale", &scale, e))
         return false;
     if (scale == 0)
         return err_set(e, ERR_DATA, "bad PFM header: scale is 0, must be -1 or 1");
