@@ -29,9 +29,10 @@ static void add_light(const struct scene *s, const struct material *m, const str
     struct vec3 wi;
     const double irradiance = share * light_at(l, hit->at_m, &wi);
     double out[3];
-    material_eval(m, frame_local(&hit->frame, wi), wo, s->light_color, out);
+    material_eval(m, frame_local(&hit->frame, wi), wo, s->light_color,
+                  mask_at(&m->mask, hit->s, hit->v), out);
     for (int c = 0; c < 3; c++)
-        sum[c] += irradiance * out[c];
+        sum[c] += irradiance * l->tint[c] * out[c];
 }
 
 static void trace(const struct scene *s, struct vec3 dir, bool integrate, double turn,

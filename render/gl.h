@@ -3,7 +3,7 @@
 // Everything here runs on the one thread that made the context current (the window's, or EGL's
 // below).
 #pragma once
-#include "core/err.h"
+#include "core/image.h"
 #include <epoxy/gl.h>
 
 // A context without a display: EGL surfaceless. ERR_DEVICE where there is none, with what to
@@ -27,6 +27,11 @@ void gl_set1f(GLuint program, const char *name, double v);
 void gl_set2f(GLuint program, const char *name, double x, double y);
 void gl_set3f(GLuint program, const char *name, const double v[3]);
 
+// A texture with that filter, clamped at its edges, bound to the current unit.
+GLuint gl_texture(GLenum target, GLint filter);
+// Binds a texture to a unit and the program's sampler of that name to the unit.
+void gl_bind(GLuint program, const char *name, int unit, GLenum target, GLuint texture);
+
 // An offscreen picture: float colour and depth.
 struct gl_target {
     int w, h;
@@ -34,3 +39,4 @@ struct gl_target {
 };
 bool gl_target_init(struct gl_target *t, int w, int h, struct err *e);
 void gl_target_finish(struct gl_target *t); // accepts a zeroed struct
+bool gl_target_read(const struct gl_target *t, struct image *out, struct err *e); // R,G,B

@@ -94,6 +94,25 @@ void gl_set3f(GLuint program, const char *name, const double v[3])
     glUniform3f(glGetUniformLocation(program, name), (float)v[0], (float)v[1], (float)v[2]);
 }
 
+GLuint gl_texture(GLenum target, GLint filter)
+{
+    GLuint t;
+    glGenTextures(1, &t);
+    glBindTexture(target, t);
+    glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
+    glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
+    glTexParameteri(target, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+    glTexParameteri(target, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    return t;
+}
+
+void gl_bind(GLuint program, const char *name, int unit, GLenum target, GLuint texture)
+{
+    glActiveTexture(GL_TEXTURE0 + (GLenum)unit);
+    glBindTexture(target, texture);
+    gl_set1i(program, name, unit);
+}
+
 bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
 {
     GLint most = 0;
@@ -102,11 +121,8 @@ bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
         return err_set(e, ERR_DATA, "a picture of %d x %d is more than this OpenGL can draw (%d)",
                        w, h, (int)most);
     *t = (struct gl_target){.w = w, .h = h};
-    glGenTextures(1, &t->color);
-    glBindTexture(GL_TEXTURE_2D, t->color);
+    t->color = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, w, h, 0, GL_RGBA, GL_FLOAT, NULL);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
     glGenRenderbuffers(1, &t->depth);
     glBindRenderbuffer(GL_RENDERBUFFER, t->depth);
     glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, w, h);
@@ -125,8 +141,23 @@ bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
 
 void gl_target_finish(struct gl_target *t)
 {
+    if (!t->frame)
+        return;
     glDeleteFramebuffers(1, &t->frame);
     glDeleteRenderbuffers(1, &t->depth);
     glDeleteTextures(1, &t->color);
     *t = (struct gl_target){0};
+}
+
+bool gl_target_read(const struct gl_target *t, struct image *out, struct err *e)
+{
+    if (!image_init(out, t->w, t->h, 3, e))
+        return false;
+    glBindFramebuffer(GL_FRAMEBUFFER, t->frame);
+    glPixelStorei(GL_PACK_ALIGNMENT, 1);
+    glReadPixels(0, 0, t->w, t->h, GL_RGB, GL_FLOAT, out->px);
+    if (glGetError() == GL_NO_ERROR)
+        return true;
+    image_finish(out);
+    return err_set(e, ERR_DEVICE, "OpenGL lost the picture; use --backend cpu");
 }

@@ -5,13 +5,15 @@
 
 struct gl_renderer;
 
-// Uploads the scene's tables; the scene stays the caller's and is not kept.
+// Uploads the scene's meshes, tables and masks; the scene stays the caller's and is not kept.
 bool gl_renderer_open(struct gl_renderer **r, const struct scene *s, struct err *e);
 void gl_renderer_close(struct gl_renderer *r); // accepts NULL
 
 // Draws into a target: linear radiance, row 0 of the target is the picture's top row. The scene is
-// the one opened, in which camera, lights, positions and numbers of materials may have changed.
-void gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct gl_target *t);
+// the one opened, in which camera, lights, positions, numbers of materials and the way
+// each diffracts may have changed.
+bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct gl_target *t,
+                      struct err *e);
 
 // All at once, without a display: context, scene, picture.
 bool gl_render(const struct scene *s, struct image *out, struct err *e);

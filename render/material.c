@@ -6,13 +6,16 @@
 
 void material_init(struct material *m)
 {
-    *m = (struct material){.roughness = 0.1, .coat_ior = 1, .r0 = 0.04};
+    *m = (struct material){.roughness = 0.1, .coat_ior = 1, .r0 = 0.04, .gain = 1};
 }
 
 void material_finish(struct material *m)
 {
-    if (m)
-        table_finish(&m->table);
+    if (!m)
+        return;
+    table_finish(&m->table);
+    slits_finish(&m->slits);
+    image_finish(&m->mask.picture);
 }
 
 void material_take_table(struct material *m, struct table *t, double r0)
@@ -34,7 +37,8 @@ void material_take_table(struct material *m, struct table *t, double r0)
     m->over_w2 = m->table.basis != TABLE_PLAIN;
     const char *scale = meta_text(&m->table.meta, "nacre.scale");
     const bool absolute = scale && !strcmp(scale, "absolute");
-    m->gain = !m->over_w2 ? 4 * M_PI * M_PI : absolute ? 1 : 1 / m->r0;
+    m->diffraction = DIFFRACTION_TABLE;
+    m->table_scale = !m->over_w2 ? 4 * M_PI * M_PI : absolute ? 1 : 1 / m->r0;
 }
 
 double fresnel_schlick(double r0, double cos_half)
@@ -61,29 +65,56 @@ static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *co
     return d * g / (4 * wi.z * wo.z);
 }
 
+double mask_at(const struct mask *m, double s, double v)
+{
+    if (m->stripes > 0 && s * m->stripes - floor(s * m->stripes) >= m->duty)
+        return 0;
+    const struct image *p = &m->picture;
+    if (!p->px)
+        return 1;
+    const double i = floor(s * p->w), j = floor((1 - v) * p->h);
+    const size_t at =
+        (size_t)fmax(0, fmin(p->h - 1, j)) * (size_t)p->w + (size_t)fmax(0, fmin(p->w - 1, i));
+    return (double)p->px[at * (size_t)p->nc];
+}
+
 // f cos_i of the diffraction: with G = (1 + wi.wo)^2 / (cos_i cos_o), cos_i drops out.
 static void diffraction(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
 {
     const struct vec3 h = v3_add(wi, wo);
     const double x = 1 + v3_dot(wi, wo);
-    double weight = m->gain * fresnel_schlick(m->r0, sqrt(x / 2)) * x * x / wo.z;
-    if (m->over_w2)
-        weight /= h.z * h.z;
-    table_eval(&m->table, h.x, h.y, h.z, m->tables_used, out);
+    double weight = fresnel_schlick(m->r0, sqrt(x / 2)) * x * x / wo.z;
+    switch (m->diffraction) {
+    case DIFFRACTION_NONE: return;
+    case DIFFRACTION_TABLE:
+        weight *= m->table_scale;
+        if (m->over_w2)
+            weight /= h.z * h.z;
+        table_eval(&m->table, h.x, h.y, h.z, m->tables_used, out);
+        break;
+    case DIFFRACTION_SLITS:
+        weight *= 4 * M_PI * M_PI;
+        slits_eval(&m->slits, h.x, h.y, out);
+        break;
+    case DIFFRACTION_STAM: // the listing's colour is the picture's
+        weight = 1;
+        stam_eval(&m->stam, h, out);
+        break;
+    }
     for (int c = 0; c < 3; c++)
-        out[c] *= weight;
+        out[c] *= weight * m->gain;
 }
 
 void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
-                   double out[3])
+                   double diffracts, double out[3])
 {
     out[0] = out[1] = out[2] = 0;
     if (!(wi.z > 0 && wo.z > 0))
         return;
-    if (m->table.n)
+    if (diffracts > 0)
         diffraction(m, wi, wo, out);
     for (int c = 0; c < 3; c++)
-        out[c] += m->diffuse[c] / M_PI * wi.z * light[c];
+        out[c] = out[c] * diffracts + m->diffuse[c] / M_PI * wi.z * light[c];
     if (m->specular[0] + m->specular[1] + m->specular[2] > 0) {
         double cos_half;
         const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half) * wi.z;

@@ -4,8 +4,22 @@
 // All in linear sRGB, per unit irradiance of the light. The table already holds the light's
 // spectrum; the other layers are multiplied by the light's colour.
 #pragma once
-#include "core/geom.h"
 #include "core/table.h"
+#include "render/grating.h"
+
+enum diffraction {
+    DIFFRACTION_NONE,
+    DIFFRACTION_TABLE,
+    DIFFRACTION_SLITS, // evaluated at every point, wavelength by wavelength
+    DIFFRACTION_STAM,  // G04
+};
+
+// Where the sample diffracts at all: stripes, or a picture's first channel (nearest pixel).
+struct mask {
+    int stripes; // across s; 0: none
+    double duty; // the part of each stripe that diffracts
+    struct image picture;
+};
 
 struct material {
     double diffuse[3];  // albedo
@@ -13,11 +27,17 @@ struct material {
     double roughness;   // rms slope of the Beckmann lobe, for `specular`
     double coat_ior;    // of a clear smooth layer that covers the rest; 1: none
 
-    struct table table; // linear sRGB; n is 0 where nothing diffracts
+    enum diffraction diffraction;
+    double r0;   // power reflectance F0^2 of the diffracting surface
+    double gain; // of all diffraction, 1 unless the scene says otherwise
+    struct mask mask;
+
+    struct table table; // linear sRGB; n is 0: there is none
     int tables_used;    // of table.count; 0: all
-    double r0;          // power reflectance F0^2 of the diffracting surface
-    double gain;        // 4 pi^2 for a plain table, see material_take_table
+    double table_scale; // 4 pi^2 for a plain table, see material_take_table
     bool over_w2;       // tables from heights leave G / w^2 to the renderer
+    struct slits slits;
+    struct stam stam;
 };
 
 void material_init(struct material *m);   // black
@@ -29,10 +49,12 @@ void material_finish(struct material *m); // accepts a zeroed struct
 // "nacre.scale" is "absolute".
 void material_take_table(struct material *m, struct table *t, double r0);
 
+double mask_at(const struct mask *m, double s, double v); // 0..1
+
 // Radiance towards wo per unit irradiance (normal to the beam) from wi: f cos_i. Both directions
-// are unit and in the surface frame; `light` is the light's colour.
+// are unit and in the surface frame; `light` is the light's colour, `diffracts` the mask there.
 void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
-                   double out[3]);
+                   double diffracts, double out[3]);
 
 double fresnel_schlick(double r0, double cos_half);  // power reflectance
 double fresnel_dielectric(double ior, double cos_i); // exact, unpolarised, from air

@@ -8,6 +8,7 @@ void scene_finish(struct scene *s)
     if (!s)
         return;
     for (int k = 0; k < s->n_objects; k++) {
+        shape_finish(&s->object[k].shape);
         material_finish(&s->object[k].material);
         free(s->object[k].name);
     }
@@ -33,6 +34,32 @@ void camera_ray(const struct camera *c, double x, double y, int w, int h, struct
     camera_axes(c, w, h, a);
     const double sx = 2 * (x + .5) / w - 1, sy = 1 - 2 * (y + .5) / h;
     *dir = v3_add(a[2], v3_add(v3_scale(sx, a[0]), v3_scale(sy, a[1])));
+}
+
+void shape_pixels(const struct camera *c, const struct shape *s, int w, int h, int box[4])
+{
+    struct vec3 a[3], lo, hi;
+    camera_axes(c, w, h, a);
+    shape_bounds(s, &lo, &hi);
+    double x0 = w, x1 = 0, y0 = h, y1 = 0;
+    bool behind = false;
+    for (int k = 0; k < 8; k++) {
+        const struct vec3 corner =
+            v3(k & 1 ? lo.x : hi.x, k & 2 ? lo.y : hi.y, k & 4 ? lo.z : hi.z);
+        const struct vec3 p = v3_sub(v3_add(s->at_m, frame_world(&s->frame, corner)), c->eye_m);
+        const double z = v3_dot(p, a[2]);
+        behind = behind || z <= 0;
+        const double x = (v3_dot(p, a[0]) / v3_dot(a[0], a[0]) / z + 1) / 2 * w;
+        const double y = (1 - v3_dot(p, a[1]) / v3_dot(a[1], a[1]) / z) / 2 * h;
+        x0 = fmin(x0, x);
+        x1 = fmax(x1, x);
+        y0 = fmin(y0, y);
+        y1 = fmax(y1, y);
+    }
+    box[0] = behind ? 0 : (int)fmax(0, floor(x0));
+    box[1] = behind ? 0 : (int)fmax(0, floor(y0));
+    box[2] = behind ? w : (int)fmax(box[0], fmin(w, ceil(x1)));
+    box[3] = behind ? h : (int)fmax(box[1], fmin(h, ceil(y1)));
 }
 
 double light_at(const struct light *l, struct vec3 at_m, struct vec3 *wi)

@@ -15,6 +15,7 @@ struct light {
     bool is_far;
     struct vec3 at;  // m; for a far light the direction to it, unit
     double power;    // radiant intensity: irradiance at 1 m; for a far light the irradiance
+    double tint[3];  // colour per channel, on top of the illuminant's
     double radius_m; // of a round source facing the sample's centre; for a far light radians
 };
 
@@ -41,7 +42,8 @@ enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
 
 // Replacements for what the file says.
 struct scene_options {
-    const char *table;  // of every object that diffracts; NULL: the file's
+    const char *table;  // of the sample; NULL: the file's
+    const char *tables; // folder for files that are not beside the scene; NULL: none
     double exposure_ev; // NAN: the file's
     bool exposure_auto;
     int w, h; // 0: the file's
@@ -58,6 +60,10 @@ void camera_ray(const struct camera *c, double x, double y, int w, int h, struct
 // The view's right, up and forward directions; right and up are scaled by the tangent of half the
 // field of view, right also by w / h.
 void camera_axes(const struct camera *c, int w, int h, struct vec3 axes[3]);
+
+// The pixels that a shape can cover, columns box[0]..box[2]-1 and rows box[1]..box[3]-1: the
+// rectangle around the corners of its box; all of them when it reaches behind the eye.
+void shape_pixels(const struct camera *c, const struct shape *s, int w, int h, int box[4]);
 
 // Irradiance normal to the beam at a point, and the unit direction to the light.
 double light_at(const struct light *l, struct vec3 at_m, struct vec3 *wi);

@@ -2,6 +2,12 @@
 #define _GNU_SOURCE
 #include "render/shape.h"
 
+void shape_finish(struct shape *s)
+{
+    if (s)
+        mesh_finish(&s->mesh);
+}
+
 // Local position, tangent and normal of the hit; distance along the ray. False: none.
 struct local_hit {
     double distance;
@@ -56,18 +62,30 @@ static bool hit_round(const struct shape *s, struct vec3 o, struct vec3 d, struc
     return true;
 }
 
+static bool hit_mesh(const struct shape *s, struct vec3 o, struct vec3 d, struct local_hit *l)
+{
+    struct mesh_hit h;
+    struct frame f;
+    if (!mesh_hit(&s->mesh, o, d, &h) || !frame_from(h.at.t, h.at.n, &f))
+        return false;
+    *l = (struct local_hit){h.distance, h.at.at_m, f.t, f.n, h.at.s, h.at.v};
+    return true;
+}
+
 bool shape_hit(const struct shape *s, struct vec3 from, struct vec3 dir, struct hit *hit)
 {
     const struct vec3 o = frame_local(&s->frame, v3_sub(from, s->at_m));
     const struct vec3 d = frame_local(&s->frame, dir);
     struct local_hit l;
     const bool flat = s->kind == SHAPE_PLANE || s->kind == SHAPE_DISC;
-    if (!(flat ? hit_flat(s, o, d, &l) : hit_round(s, o, d, &l)))
+    if (!(s->kind == SHAPE_MESH ? hit_mesh(s, o, d, &l)
+          : flat                ? hit_flat(s, o, d, &l)
+                                : hit_round(s, o, d, &l)))
         return false;
     *hit = (struct hit){.distance = l.distance,
                         .at_m = v3_add(s->at_m, frame_world(&s->frame, l.at)),
                         .s = l.s,
-                        .t = l.v};
+                        .v = l.v};
     hit->frame.t = frame_world(&s->frame, l.t);
     hit->frame.n = frame_world(&s->frame, l.n);
     hit->frame.b = v3_cross(hit->frame.n, hit->frame.t);
@@ -82,6 +100,10 @@ void shape_bounds(const struct shape *s, struct vec3 *lo, struct vec3 *hi)
     case SHAPE_DISC: *hi = v3(r, r, 0); break;
     case SHAPE_CYLINDER: *hi = v3(r, s->height_m / 2, r); break;
     case SHAPE_SPHERE: *hi = v3(r, r, r); break;
+    case SHAPE_MESH:
+        *lo = s->mesh.node[0].lo;
+        *hi = s->mesh.node[0].hi;
+        return;
     }
     *lo = v3_scale(-1, *hi);
 }

@@ -1,8 +1,7 @@
 // render_fixture.h - tables and scenes in memory for the tests of render/.
 #pragma once
-#include "core/spectrum.h"
-#include "core/table.h"
-#include <math.h>
+#include "render/cpu.h"
+#include "render/gl_render.h"
 
 // S_d (XYZ) of a crossed grating that reflects: lobes of width sigma at multiples of lambda /
 // pitch, with the envelopes of slits, under illuminant E (T17 eq. 15 on a sum of Gaussian lobes).
@@ -37,4 +36,62 @@ static inline bool fixture_lcd(struct table *t, int n, double range, int power, 
                     (float)(sum[c] * norm);
         }
     return true;
+}
+
+static const double white[3] __attribute__((unused)) = {1, 1, 1};
+
+static inline struct scene fixture_scene(struct object *o, struct light *l, int n_lights)
+{
+    return (struct scene){
+        .camera = {.eye_m = {0.02, -0.03, 0.5}, .up = {0, 1, 0}, .fov_rad = 0.4},
+        .w = 160,
+        .h = 120,
+        .light_color = {1, 1, 1},
+        .light = l,
+        .n_lights = n_lights,
+        .object = o,
+        .n_objects = 1,
+    };
+}
+
+static inline struct object fixture_object(enum shape_kind kind)
+{
+    struct object o = {.name = "fixture",
+                       .shape = {.kind = kind,
+                                 .width_m = 0.16,
+                                 .height_m = 0.12,
+                                 .radius_m = 0.06,
+                                 .inner_m = kind == SHAPE_DISC ? 0.012 : 0,
+                                 .span_rad = 3}};
+    frame_from(v3(1, 0.1, 0), v3(0.05, 0, 1), &o.shape.frame);
+    material_init(&o.material);
+    return o;
+}
+
+// Root mean square of a - b over that of b.
+static inline double rel_rmse(const struct image *a, const struct image *b)
+{
+    double err = 0, all = 0;
+    for (size_t k = 0; k < (size_t)a->w * (size_t)a->h * 3; k++) {
+        const double d = (double)a->px[k] - (double)b->px[k];
+        err += d * d;
+        all += (double)b->px[k] * (double)b->px[k];
+    }
+    return sqrt(err / all);
+}
+
+static inline void compare_backends(const struct scene *s)
+{
+    struct image gl, cpu;
+    struct err e;
+    if (!gl_render(s, &gl, &e)) {
+        assert_int_equal(e.code, ERR_DEVICE);
+        print_message("skipped: %s\n", e.msg);
+        skip();
+    }
+    assert_true(cpu_render(s, false, &cpu, &e));
+    const double difference = rel_rmse(&gl, &cpu);
+    assert_near(difference, 0, 1e-3);
+    image_finish(&gl);
+    image_finish(&cpu);
 }

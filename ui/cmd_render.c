@@ -11,7 +11,7 @@
 #include <string.h>
 
 struct args {
-    const char *out, *size, *backend, *table, *exposure;
+    const char *out, *size, *backend, *table, *tables, *exposure;
     bool reference;
 };
 
@@ -27,6 +27,8 @@ static const struct opt opts[] = {
      .help = "CPU with full integration: 64 rays a pixel, over the area of each light"},
     {"table", OPT_FILE, offsetof(struct args, table), "FILE",
      .help = "diffraction table of the sample, instead of the scene's"},
+    {"tables", OPT_FILE, offsetof(struct args, tables), "DIR", "gallery-out/tables",
+     "where to look for files that are not beside the scene"},
     {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
      .help = "exposure of a .png or .jpg, instead of the scene's"},
     {0},
@@ -45,7 +47,7 @@ static bool parse_size(const char *text, int *w, int *h, struct err *e)
 
 static bool parse_options(const struct args *a, struct scene_options *o, struct err *e)
 {
-    *o = (struct scene_options){.table = a->table, .exposure_ev = NAN};
+    *o = (struct scene_options){.table = a->table, .tables = a->tables, .exposure_ev = NAN};
     if (a->size && !parse_size(a->size, &o->w, &o->h, e))
         return false;
     if (!a->exposure)

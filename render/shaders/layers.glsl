@@ -1,15 +1,8 @@
 // layers.glsl - what a surface does with light, per unit irradiance: f cos_i (docs/render.md).
-// Directions are in the surface frame. TABLES is the number of tables in use, 0 for none.
+// Directions are in the surface frame. DIFFRACTION is 0 none, 1 table, 2 slits, 3 Stam's.
 uniform vec3 diffuse, specular, light_color;
 uniform float roughness, coat_ior;
 uniform float r0, gain;
-uniform float range, power, nodes;
-uniform bool over_w2;
-uniform vec2 w_range; // where the curves over w hold
-#if TABLES > 0
-uniform sampler2DArray table;
-uniform sampler2D curves; // row m: the weight of table m at equal steps over w_range
-#endif
 
 const float PI = 3.14159265358979;
 
@@ -27,9 +20,18 @@ float dielectric(float ior, float cos_i)
     return 0.5 * (s * s + p * p);
 }
 
-#if TABLES > 0
+#if DIFFRACTION == 1
+uniform sampler2DArray table;
+uniform float range, power, nodes, table_scale;
+uniform int tables; // how many of the array are added
+uniform bool over_w2;
+#if CURVES
+uniform sampler2D curves; // row m: the weight of table m at equal steps over w_range
+uniform vec2 w_range;
+#endif
+
 // Linear between nodes, in the nodes' own coordinate: u = R sgn(s) |s|^p.
-vec3 table_value(vec3 h)
+vec3 pattern(vec3 h)
 {
     vec2 s = abs(h.xy) / range;
     if (max(s.x, s.y) > 1.0)
@@ -37,22 +39,86 @@ vec3 table_value(vec3 h)
     if (power != 1.0)
         s = pow(s, vec2(1.0 / power));
     vec2 at = ((sign(h.xy) * s * 0.5 + 0.5) * (nodes - 1.0) + 0.5) / nodes;
-#if TABLES == 1 && !CURVES
-    return texture(table, vec3(at, 0.0)).rgb;
-#else
-    float n = float(textureSize(curves, 0).x);
+#if CURVES
+    vec2 n = vec2(textureSize(curves, 0));
     float w = clamp((h.z - w_range.x) / (w_range.y - w_range.x), 0.0, 1.0);
-    float column = (w * (n - 1.0) + 0.5) / n;
+    float column = (w * (n.x - 1.0) + 0.5) / n.x;
     vec3 sum = vec3(0.0);
-    for (int m = 0; m < TABLES; m++)
-        sum += texture(curves, vec2(column, (float(m) + 0.5) / float(textureSize(curves, 0).y))).r *
+    for (int m = 0; m < tables; m++)
+        sum += texture(curves, vec2(column, (float(m) + 0.5) / n.y)).r *
                texture(table, vec3(at, float(m))).rgb;
-    return sum;
+#else
+    vec3 sum = texture(table, vec3(at, 0.0)).rgb;
 #endif
+    return sum * (over_w2 ? table_scale / (h.z * h.z) : table_scale);
+}
+#elif DIFFRACTION == 2
+uniform vec2 slit_pitch, slit_width, slit_count; // metres
+uniform float slit_across;
+uniform bool slit_radial;
+uniform vec2 slit_band;      // first and last wavelength, metres
+uniform sampler2D slit_light; // the light's colour per wavelength
+
+float sinc2(float x)
+{
+    float y = PI * x;
+    return abs(y) < 0.01 ? 1.0 - y * y / 3.0 : sin(y) * sin(y) / (y * y);
+}
+
+// T17 eq. 16, second factor; at the zeros of its denominator the limit.
+float comb(float n, float x)
+{
+    float rest = PI * (x - round(x));
+    if (abs(rest) * n < 0.01)
+        return 1.0 - (n * n - 1.0) * rest * rest / 3.0;
+    float ratio = sin(n * rest) / (n * sin(rest));
+    return ratio * ratio;
+}
+
+float row(float u, float pitch, float width, float count, float lambda)
+{
+    return count * width * width / (pitch * lambda) * sinc2(width * u / lambda) *
+           comb(count, pitch * u / lambda);
+}
+
+vec3 pattern(vec3 h)
+{
+    vec2 uv = slit_radial ? vec2(length(h.xy), 0.0) : h.xy;
+    float across = 1.0;
+    if (slit_pitch.y == 0.0) {
+        float y = uv.y / slit_across;
+        across = exp(-0.5 * y * y) / (sqrt(2.0 * PI) * slit_across);
+        if (abs(y) > 6.0)
+            return vec3(0.0);
+    }
+    int n = textureSize(slit_light, 0).x;
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < n; k++) {
+        float lambda = mix(slit_band.x, slit_band.y, float(k) / float(n - 1));
+        float x = row(uv.x, slit_pitch.x, slit_width.x, slit_count.x, lambda);
+        if (slit_pitch.y > 0.0)
+            x *= row(uv.y, slit_pitch.y, slit_width.y, slit_count.y, lambda);
+        sum += x * texelFetch(slit_light, ivec2(k, 0), 0).rgb;
+    }
+    return sum * across / 4.0; // 4 pi^2 S_d
+}
+#elif DIFFRACTION == 3
+uniform float stam_spacing, stam_roughness; // um
+uniform vec3 stam_highlight;
+
+vec3 pattern(vec3 h)
+{
+    float u = h.x * stam_spacing, e = stam_roughness * u / h.z;
+    vec3 sum = stam_highlight * exp(-e * e);
+    for (int n = 1; n < 8; n++) {
+        vec3 x = 4.0 * (2.0 * abs(u) / float(n) - 1.0 - vec3(0.75, 0.5, 0.25));
+        sum += max(vec3(0.0), 1.0 - x * x);
+    }
+    return sum;
 }
 #endif
 
-vec3 reflected(vec3 wi, vec3 wo)
+vec3 reflected(vec3 wi, vec3 wo, float diffracts)
 {
     if (wi.z <= 0.0 || wo.z <= 0.0)
         return vec3(0.0);
@@ -68,12 +134,13 @@ vec3 reflected(vec3 wi, vec3 wo)
                       schlick(specular.b, cos_half));
         sum += f * (d * g / (4.0 * wo.z)) * light_color;
     }
-#if TABLES > 0
-    float x = 2.0 * cos_half * cos_half; // 1 + wi.wo
-    float weight = gain * schlick(r0, cos_half) * x * x / wo.z;
-    if (over_w2)
-        weight /= h.z * h.z;
-    sum += weight * table_value(h);
+#if DIFFRACTION == 3
+    sum += diffracts * gain * pattern(h);
+#elif DIFFRACTION > 0
+    if (diffracts > 0.0) {
+        float x = 2.0 * cos_half * cos_half; // 1 + wi.wo
+        sum += diffracts * gain * schlick(r0, cos_half) * x * x / wo.z * pattern(h);
+    }
 #endif
     if (coat_ior != 1.0)
         sum *= (1.0 - dielectric(coat_ior, wi.z)) * (1.0 - dielectric(coat_ior, wo.z));

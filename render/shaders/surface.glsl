@@ -1,12 +1,31 @@
 // surface.glsl - fragment shader: the ray of the pixel, its hit, the light it sends back.
 layout(std140) uniform Lights {
-    vec4 light[MAX_LIGHTS]; // xyz: position, or direction where w < 0; |w|: intensity or irradiance
+    vec4 light_at[MAX_LIGHTS];    // xyz: position; direction where w is 0
+    vec4 light_power[MAX_LIGHTS]; // rgb: intensity or irradiance
 };
 uniform int n_lights;
-uniform vec2 size;                // of the picture in pixels
-uniform vec3 right, up, forward;  // of the camera, in the shape's coordinates
-uniform vec3 eye;                 // likewise; lights are, too
+uniform vec2 size;               // of the picture in pixels
+uniform vec3 right, up;          // of the camera, in the shape's coordinates
+#if SHAPE != 4
+uniform vec3 forward;
+#endif
+uniform vec3 eye;                // likewise; lights are, too
+uniform int stripes;
+uniform float duty;
+uniform bool has_mask;
+uniform sampler2D mask;
 out vec4 color;
+
+float mask_at(vec2 st)
+{
+    if (stripes > 0 && fract(st.x * float(stripes)) >= duty)
+        return 0.0;
+    if (!has_mask)
+        return 1.0;
+    ivec2 n = textureSize(mask, 0);
+    return texelFetch(mask, clamp(ivec2(floor(vec2(st.x, 1.0 - st.y) * vec2(n))), ivec2(0), n - 1),
+                      0).r;
+}
 
 void main()
 {
@@ -18,18 +37,14 @@ void main()
         discard;
     gl_FragDepth = 1.0 - 1.0 / (1.0 + hit.distance);
 
-    vec3 b = cross(hit.n, hit.t);
-    mat3 local = transpose(mat3(hit.t, b, hit.n));
+    mat3 local = transpose(mat3(hit.t, cross(hit.n, hit.t), hit.n));
     vec3 wo = local * normalize(-dir);
+    float diffracts = mask_at(hit.st);
     vec3 sum = vec3(0.0);
     for (int k = 0; k < n_lights; k++) {
-        vec3 way = light[k].xyz;
-        float irradiance = -light[k].w;
-        if (light[k].w >= 0.0) {
-            way -= hit.at;
-            irradiance = light[k].w / dot(way, way);
-        }
-        sum += irradiance * reflected(local * normalize(way), wo);
+        vec3 way = light_at[k].xyz - light_at[k].w * hit.at;
+        float fall = light_at[k].w == 0.0 ? 1.0 : 1.0 / dot(way, way);
+        sum += fall * light_power[k].rgb * reflected(local * normalize(way), wo, diffracts);
     }
     color = vec4(sum, 1.0);
 }

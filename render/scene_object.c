@@ -1,0 +1,183 @@
+// scene_object.c - shapes and materials of a scene file (docs/render.md).
+#define _GNU_SOURCE
+#include "core/imgfile.h"
+#include "core/mem.h"
+#include "render/scene_fields.h"
+#include <stdlib.h>
+#include <string.h>
+
+static bool read_mesh(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                      bool fixed, struct vec3 tangent, struct shape *shape, struct err *e)
+{
+    const char *name = NULL;
+    double scale = 1;
+    if (!ymap_text(map, "file", Y_NEEDED, &name, e) ||
+        !ymap_num(map, "scale", Y_OPTIONAL, UNIT_NONE, 1e-12, 1e12, &scale, e))
+        return false;
+    char *path = scene_file(s, o, name);
+    const bool ok = mesh_read(&shape->mesh, path, scale, fixed ? &tangent : NULL, e);
+    free(path);
+    return ok || err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "file")));
+}
+
+bool scene_read_shape(struct ynode *map, const struct scene *scene, const struct scene_options *o,
+                      struct shape *s, struct err *e)
+{
+    int kind = SHAPE_PLANE, tangents = 0;
+    double size[2] = {0.1, 0.1};
+    struct vec3 normal = v3(0, 0, 1), tangent = v3(1, 0, 0);
+    *s = (struct shape){.radius_m = 0.06, .span_rad = 2 * M_PI};
+    if (!ymap_choice(map, "shape", Y_OPTIONAL, "plane|disc|cylinder|sphere|mesh", &kind, e) ||
+        !field_vec(map, "at", Y_OPTIONAL, UNIT_M, &s->at_m, e) ||
+        !field_vec(map, "normal", Y_OPTIONAL, UNIT_NONE, &normal, e) ||
+        !field_vec(map, "tangent", Y_OPTIONAL, UNIT_NONE, &tangent, e))
+        return false;
+    s->kind = (enum shape_kind)kind;
+    if (!frame_from(tangent, normal, &s->frame))
+        return yaml_bad(map, e, "normal and tangent must not be zero or parallel");
+    switch (s->kind) {
+    case SHAPE_PLANE:
+        if (!field_nums(map, "size", Y_OPTIONAL, UNIT_M, 2, 1e-9, SCENE_FAR_M, size, e))
+            return false;
+        break;
+    case SHAPE_DISC:
+        if (!ymap_num(map, "radius", Y_OPTIONAL, UNIT_M, 1e-9, SCENE_FAR_M, &s->radius_m, e) ||
+            !ymap_num(map, "inner", Y_OPTIONAL, UNIT_M, 0, s->radius_m, &s->inner_m, e) ||
+            !ymap_choice(map, "tangents", Y_OPTIONAL, "radial|fixed", &tangents, e))
+            return false;
+        break;
+    case SHAPE_CYLINDER:
+        if (!ymap_num(map, "radius", Y_OPTIONAL, UNIT_M, 1e-9, SCENE_FAR_M, &s->radius_m, e) ||
+            !ymap_num(map, "height", Y_OPTIONAL, UNIT_M, 1e-9, SCENE_FAR_M, &size[1], e) ||
+            !ymap_num(map, "span", Y_OPTIONAL, UNIT_RAD, 1e-6, 2 * M_PI, &s->span_rad, e))
+            return false;
+        break;
+    case SHAPE_SPHERE:
+        if (!ymap_num(map, "radius", Y_OPTIONAL, UNIT_M, 1e-9, SCENE_FAR_M, &s->radius_m, e))
+            return false;
+        break;
+    case SHAPE_MESH:
+        if (!ymap_choice(map, "tangents", Y_OPTIONAL, "uv|fixed", &tangents, e) ||
+            !read_mesh(map, scene, o, tangents == 1, v3(1, 0, 0), s, e))
+            return false;
+        break;
+    }
+    s->fixed_tangent = tangents == 1;
+    s->width_m = size[0];
+    s->height_m = size[1];
+    return true;
+}
+
+static bool read_table(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                       const char *instead, double r0, struct material *m, struct err *e)
+{
+    const char *name = NULL;
+    struct table_nodes nodes = {NAN, 1};
+    if (!ymap_text(map, "table", Y_OPTIONAL, &name, e) ||
+        !ymap_num(map, "range", Y_OPTIONAL, UNIT_NONE, 1e-9, 2, &nodes.range, e) ||
+        !ymap_int(map, "power", Y_OPTIONAL, 1, 99, &nodes.power, e) ||
+        !ymap_int(map, "tables", Y_OPTIONAL, 1, 1000, &m->tables_used, e))
+        return false;
+    if (!name && !instead)
+        return true;
+    struct table t;
+    char *path = instead ? xstrdup(instead) : scene_file(s, o, name);
+    const bool ok = table_read(&t, path, isnan(nodes.range) ? NULL : &nodes, e);
+    free(path);
+    if (!ok)
+        return instead ? false : err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "table")));
+    material_take_table(m, &t, r0);
+    return true;
+}
+
+static bool read_row(struct ynode *map, struct slits *s, int axis, struct err *e)
+{
+    return ymap_num(map, "pitch", Y_NEEDED, UNIT_M, 1e-9, 1, &s->pitch_m[axis], e) &&
+           ymap_num(map, "width", Y_NEEDED, UNIT_M, 1e-9, s->pitch_m[axis], &s->width_m[axis], e) &&
+           ymap_int(map, "count", Y_NEEDED, 1, 10000, &s->count[axis], e);
+}
+
+static bool read_slits(struct ynode *map, struct material *m, struct err *e)
+{
+    struct ynode *slits = NULL, *cross = NULL;
+    if (!ymap_map(map, "slits", Y_OPTIONAL, &slits, e) || !slits)
+        return !slits && !ymap_find(map, "slits");
+    struct slits *s = &m->slits;
+    *s = (struct slits){.across = 0.01, .n = 161};
+    if (!read_row(slits, s, 0, e) || !ymap_map(slits, "cross", Y_OPTIONAL, &cross, e) ||
+        (cross && !read_row(cross, s, 1, e)) ||
+        !ymap_num(slits, "across", Y_OPTIONAL, UNIT_NONE, 1e-6, 10, &s->across, e) ||
+        !ymap_bool(slits, "radial", Y_OPTIONAL, &s->radial, e) ||
+        !ymap_int(slits, "wavelengths", Y_OPTIONAL, 2, 4001, &s->n, e))
+        return false;
+    if (s->radial && cross)
+        return yaml_bad(slits, e, "is either 'radial' or has a 'cross' row");
+    return true;
+}
+
+static bool read_stam(struct ynode *map, struct material *m, struct err *e)
+{
+    struct ynode *stam = NULL;
+    double spacing_m = 2e-6;
+    m->stam = (struct stam){.roughness = 5, .highlight = {1, 1, 1}};
+    if (!ymap_map(map, "g04", Y_OPTIONAL, &stam, e))
+        return false;
+    if (stam &&
+        (!ymap_num(stam, "spacing", Y_OPTIONAL, UNIT_M, 1e-9, 1, &spacing_m, e) ||
+         !ymap_num(stam, "roughness", Y_OPTIONAL, UNIT_NONE, 0, 1e6, &m->stam.roughness, e) ||
+         !field_color(stam, "highlight", INFINITY, m->stam.highlight, e)))
+        return false;
+    m->stam.spacing_um = spacing_m * 1e6;
+    return true;
+}
+
+static bool read_mask(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                      struct mask *m, struct err *e)
+{
+    struct ynode *stripes = NULL;
+    const char *name = NULL;
+    m->duty = 0.5;
+    if (!ymap_map(map, "stripes", Y_OPTIONAL, &stripes, e) ||
+        !ymap_text(map, "mask", Y_OPTIONAL, &name, e))
+        return false;
+    if (stripes && (!ymap_int(stripes, "count", Y_NEEDED, 1, 100000, &m->stripes, e) ||
+                    !ymap_num(stripes, "duty", Y_OPTIONAL, UNIT_NONE, 0, 1, &m->duty, e)))
+        return false;
+    if (!name)
+        return true;
+    char *path = scene_file(s, o, name);
+    const bool ok = image_read(&m->picture, path, e) && image_check_finite(&m->picture, path, e);
+    free(path);
+    return ok || err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "mask")));
+}
+
+// What diffracts: as asked, else the first that is given.
+static bool choose(struct ynode *map, struct material *m, struct err *e)
+{
+    const bool has[] = {true, m->table.n > 0, m->slits.pitch_m[0] > 0, ymap_find(map, "g04")};
+    int kind = has[1] ? 1 : has[2] ? 2 : has[3] ? 3 : 0;
+    if (!ymap_choice(map, "diffraction", Y_OPTIONAL, "none|table|slits|g04", &kind, e))
+        return false;
+    if (!has[kind])
+        return yaml_bad(ymap_find(map, "diffraction"), e, "needs the key of that name beside it");
+    m->diffraction = (enum diffraction)kind;
+    return true;
+}
+
+bool scene_read_material(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                         const char *table, struct material *m, struct err *e)
+{
+    material_init(m);
+    double r0 = NAN;
+    if (!field_color(map, "diffuse", 1, m->diffuse, e) ||
+        !field_color(map, "specular", 1, m->specular, e) ||
+        !ymap_num(map, "roughness", Y_OPTIONAL, UNIT_NONE, 1e-4, 2, &m->roughness, e) ||
+        !ymap_num(map, "coat", Y_OPTIONAL, UNIT_NONE, 1, 4, &m->coat_ior, e) ||
+        !ymap_num(map, "r0", Y_OPTIONAL, UNIT_NONE, 0, 1, &r0, e) ||
+        !ymap_num(map, "gain", Y_OPTIONAL, UNIT_NONE, 0, INFINITY, &m->gain, e))
+        return false;
+    if (!isnan(r0))
+        m->r0 = r0;
+    return read_table(map, s, o, table, r0, m, e) && read_slits(map, m, e) &&
+           read_stam(map, m, e) && read_mask(map, s, o, &m->mask, e) && choose(map, m, e);
+}
