@@ -423,6 +423,15 @@ int ledger_last_id(struct ledger *l)
     return last;
 }
 
+bool ledger_copy(struct ledger *l, const char *path, struct err *e)
+{
+    sqlite3_stmt *q;
+    if (!prepare(l, "vacuum into ?", &q, e))
+        return false;
+    bind_text(q, 1, path);
+    return finish(l, q, e);
+}
+
 bool ledger_check(struct ledger *l, struct err *e)
 {
     sqlite3_stmt *q;

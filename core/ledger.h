@@ -24,5 +24,6 @@ bool ledger_steps(struct ledger *l, struct session_step **step, int *n, struct e
 // `size` gets the files' sizes, [n], allocated; may be NULL.
 bool ledger_frames(struct ledger *l, bool only_good, struct session_frame **frame, int64_t **size,
                    int *n, struct err *e);
+bool ledger_copy(struct ledger *l, const char *path, struct err *e);
 int ledger_last_id(struct ledger *l);
 bool ledger_check(struct ledger *l, struct err *e); // SQLite's own check of the file

@@ -23,6 +23,20 @@ static bool get_text(struct ynode *map, const char *key, enum yneed need, char *
     return true;
 }
 
+// Names end up in ledgers, file names and command lines.
+static bool get_name(struct ynode *map, char **out, struct err *e)
+{
+    enum { LONGEST = 40 };
+    if (!get_text(map, "name", Y_NEEDED, out, e))
+        return false;
+    const size_t n = strlen(*out);
+    return (n >= 1 && n <= LONGEST &&
+            strspn(*out, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRST"
+                         "UVWXYZ0123456789._+-") == n) ||
+           yaml_bad(ymap_find(map, "name"), e, "must be 1 to %d letters, digits and . _ + -",
+                    LONGEST);
+}
+
 static bool get_band(struct ynode *map, struct rig_band *b, struct err *e)
 {
     struct ynode *csv = ymap_find(map, "csv"), *centre = ymap_find(map, "centre");
@@ -61,7 +75,7 @@ static bool get_camera(struct ynode *root, struct rig *rig, struct err *e)
 static bool get_light(struct ynode *map, struct rig_light *l, struct err *e)
 {
     *l = (struct rig_light){.max_on_s = 10, .max_duty = 1};
-    return get_text(map, "name", Y_NEEDED, &l->name, e) &&
+    return get_name(map, &l->name, e) &&
            ymap_int(map, "line", Y_NEEDED, 0, MAX_LIGHTS - 1, &l->line, e) &&
            ymap_num(map, "irradiance", Y_OPTIONAL, UNIT_NONE, 1e-12, 1e12, &l->irradiance, e) &&
            ymap_num(map, "max_on", Y_NEEDED, UNIT_S, 1e-5, 3600, &l->max_on_s, e) &&
@@ -74,7 +88,7 @@ static bool get_light(struct ynode *map, struct rig_light *l, struct err *e)
 static bool get_filter(struct ynode *map, struct rig_filter *f, struct err *e)
 {
     *f = (struct rig_filter){.throughput = 1};
-    return get_text(map, "name", Y_NEEDED, &f->name, e) &&
+    return get_name(map, &f->name, e) &&
            ymap_int(map, "position", Y_NEEDED, 0, MAX_FILTERS - 1, &f->position, e) &&
            ymap_num(map, "throughput", Y_OPTIONAL, UNIT_NONE, 1e-9, 1, &f->throughput, e) &&
            get_band(map, &f->band, e);

@@ -221,6 +221,10 @@ bool session_note(struct session *s, int64_t boot_ns, const char *what, const ch
 {
     return ledger_note(s->ledger, boot_ns, what, text, e);
 }
+bool session_copy_ledger(struct session *s, const char *path, struct err *e)
+{
+    return ledger_copy(s->ledger, path, e);
+}
 bool session_steps(struct session *s, struct session_step **step, int *n, struct err *e)
 {
     return ledger_steps(s->ledger, step, n, e);
@@ -276,6 +280,25 @@ static void check_file(const struct session *s, const char *name, int64_t size, 
     else if (read && strcmp(hex, sum) != 0)
         problem(r, "%s: its content has changed (SHA-256 differs)", name);
     free(path);
+}
+
+bool session_recheck(struct session *s, struct err *e)
+{
+    struct session_frame *frame;
+    int64_t *size;
+    int n;
+    bool ok = ledger_frames(s->ledger, true, &frame, &size, &n, e);
+    if (!ok)
+        return false;
+    for (int k = 0; ok && k < n; k++) {
+        struct session_report r = {0};
+        check_file(s, frame[k].path, size[k], frame[k].sha256, true, &r);
+        if (r.n_problems)
+            ok = ledger_revoke(s->ledger, frame[k].id, "damaged", r.problem[0], e);
+    }
+    free(frame);
+    free(size);
+    return ok;
 }
 
 static bool judge(struct session *s, bool read, struct session_report *r, struct err *e)

@@ -90,6 +90,9 @@ bool session_add_frame(struct session *s, struct session_frame *f, const struct 
 // Takes back a good frame: it stays, with this verdict, and its step is open again.
 bool session_revoke(struct session *s, int id, const char *verdict, const char *reason,
                     struct err *e);
+// Reads every good frame again; those that are gone or altered are revoked as "damaged", so that a
+// resumed capture shoots them again.
+bool session_recheck(struct session *s, struct err *e);
 // One line of history: "resumed", "clock", "light off"; `what` is one word.
 bool session_note(struct session *s, int64_t boot_ns, const char *what, const char *text,
                   struct err *e);
@@ -98,6 +101,9 @@ bool session_note(struct session *s, int64_t boot_ns, const char *what, const ch
 bool session_steps(struct session *s, struct session_step **step, int *n, struct err *e);
 bool session_frames(struct session *s, bool only_good, struct session_frame **frame, int *n,
                     struct err *e);
+
+// A copy of the ledger as one file, whole even while a capture is writing.
+bool session_copy_ledger(struct session *s, const char *path, struct err *e);
 
 enum session_state { SESSION_COMPLETE, SESSION_PARTIAL, SESSION_DAMAGED };
 extern const char *const session_state_name[]; // "complete", "partial", "damaged"

@@ -73,6 +73,8 @@ TEST(refusals_name_the_line)
          "carry it along"},
         {"filters:\n  trigger: 'sim:'\n  list:\n  - {name: a, position: 0, centre: 500nm}\n",
          "test_rig.yaml:6: needs the key 'width'"},
+        {"filters:\n  trigger: 'sim:'\n  list:\n  - {name: 'a/b', position: 0}\n",
+         "test_rig.yaml:6: name: must be 1 to 40 letters, digits and . _ + -"},
         {"light: 3\n", "test_rig.yaml:3: light: unknown key, did you mean 'lights'?"},
     };
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {

@@ -67,3 +67,4 @@ void doc_text(struct doc *d, const char *key, const char *value);
 void doc_nums(struct doc *d, const char *key, const double *value, int n);
 // Append an object to the list `key`; fill it with the calls above. Lives as long as the document.
 struct doc *doc_item(struct doc *d, const char *key);
+void doc_list(struct doc *d, const char *key); // an empty list, when nothing is appended later

@@ -8,6 +8,8 @@ extern const struct command cmd_compare;
 extern const struct command cmd_deconvolve;
 extern const struct command cmd_doctor;
 extern const struct command cmd_simulate;
+extern const struct command cmd_capture;
+extern const struct command cmd_session;
 extern const struct command cmd_lut;
 extern const struct command cmd_render;
 extern const struct command cmd_hdr;

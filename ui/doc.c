@@ -75,13 +75,16 @@ void doc_nums(struct doc *d, const char *key, const double *value, int n)
     put(d, key, list);
 }
 
+void doc_list(struct doc *d, const char *key)
+{
+    if (!json_is_array(json_object_get(d->object, key)))
+        json_object_set_new(d->object, key, json_array());
+}
+
 struct doc *doc_item(struct doc *d, const char *key)
 {
+    doc_list(d, key);
     json_t *list = json_object_get(d->object, key);
-    if (!json_is_array(list)) {
-        list = json_array();
-        json_object_set_new(d->object, key, list);
-    }
     struct doc *item = xcalloc(1, sizeof *item);
     item->object = json_object();
     json_array_append_new(list, item->object); // the list keeps it alive

@@ -8,6 +8,8 @@ static const struct command *const commands[] = {
     &cmd_deconvolve,
     &cmd_doctor,
     &cmd_simulate,
+    &cmd_capture,
+    &cmd_session,
     &cmd_lut,
     &cmd_tables,
     &cmd_eval,

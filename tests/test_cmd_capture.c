@@ -1,0 +1,137 @@
+// test_cmd_capture.c - nacre capture and nacre session, as a user runs them.
+#include "tests/test.h"
+
+#include "core/outfile.h"
+#include "tests/run.h"
+#include <sys/stat.h>
+
+static const char rig[] = "name: small\n"
+                          "camera: {uri: 'sim:w=96,h=64,rig=@rig,world=@run', bits: 12}\n"
+                          "lights:\n  trigger: 'sim:lines=1,world=@run'\n  list:\n"
+                          "  - {name: led, line: 0, irradiance: 10, centre: 560nm, width: 180nm, "
+                          "max_on: 2s}\n"
+                          "filters:\n  trigger: 'sim:positions=2,world=@run'\n  list:\n"
+                          "  - {name: red, position: 0, centre: 650nm, width: 10nm, throughput: "
+                          "0.05}\n"
+                          "  - {name: blue, position: 1, centre: 450nm, width: 10nm, throughput: "
+                          "0.05}\n";
+static const char plan[] = "name: p\nlights: [led]\nfilters: [red, blue]\n"
+                           "exposures: {first: 1ms, last: 16ms, step: 1}\ndarks: 1\n";
+
+static void put(const char *path, const char *text)
+{
+    struct err e;
+    assert_true(outfile_write(path, text, strlen(text), &e));
+}
+
+static int setup(void **state)
+{
+    (void)state;
+    enter_scratch("cmd_capture");
+    put("rig.yaml", rig);
+    put("plan.yaml", plan);
+    return 0;
+}
+
+static void expect(const char *words, int status, const char *in_out, const char *in_err)
+{
+    const struct run r = run_nacre(words);
+    if (r.status != status || !strstr(r.out, in_out) || !strstr(r.err, in_err))
+        fail_msg("nacre %s\n exit %d, expected %d with '%s' and '%s':\n%s%s", words, r.status,
+                 status, in_out, in_err, r.out, r.err);
+}
+
+TEST(a_capture_is_complete_and_can_be_proven)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --json", 0, "\"frames\": 15", "");
+    expect("session verify s", 0, "complete", "");
+    expect("session show s", 0, "frames/000015", "");
+    expect("session show s --json", 0, "\"status\": \"complete\"", "");
+    assert_int_equal(system("test $(grep -c '\"sha256\"' run.out) = 15"), 0);
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 5, "", "s: is there already");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --resume", 0, "complete", "");
+}
+
+TEST(a_dry_run_leaves_nothing)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --dry-run --json", 0, "\"frames\": 15",
+           "");
+    assert_true(access("s", F_OK));
+    put("plan.yaml", "name: p\nlights: [led]\nexposures: [3s]\n");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --dry-run", 3, "",
+           "light 'led' would be on for 3.001 s, its limit is 2 s");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 3, "", "its limit is 2 s");
+    assert_true(access("s", F_OK));
+}
+
+TEST(damage_is_found_and_resume_shoots_only_what_is_not_proven)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    assert_int_equal(truncate("s/frames/000004.dng", 100), 0);
+    expect("session verify s", 3, "", "frames/000004.dng: 100 bytes");
+    expect("session export s -o bag", 3, "", "frames/000004.dng");
+    assert_true(access("bag", F_OK));
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --resume --json", 0, "\"frames\": 15", "");
+    expect("session show s --json", 0, "", "");
+    assert_int_equal(system("test $(grep -c '\"verdict\": \"good\"' run.out) = 15"), 0);
+    assert_int_equal(system("test $(grep -c '\"verdict\": \"damaged\"' run.out) = 1"), 0);
+}
+
+TEST(resume_refuses_another_plan)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    put("other.yaml", "name: p\nexposures: [3ms]\n");
+    expect("capture --rig rig.yaml --plan other.yaml -o s --resume", 3, "",
+           "other.yaml: is not the plan.yaml that s was begun with");
+    expect("capture --rig rig.yaml --plan other.yaml -o t --resume", 5, "", "t: No such file");
+}
+
+TEST(an_automatic_bracket_finds_its_exposures)
+{
+    put("plan.yaml", "name: p\nlights: [led]\nfilters: [red, blue]\n"
+                     "exposures: {meter: 100ms, step: 1, span: 5}\ndarks: 1\n");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    expect("session verify s", 0, "complete", "");
+}
+
+TEST(an_export_checks_itself)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    expect("session export s -o bag", 0, "complete", "");
+    assert_int_equal(system("cd bag && sha256sum --quiet -c manifest-sha256.txt"), 0);
+    assert_int_equal(system("test $(ls bag/data/frames | wc -l) = 15"), 0);
+    expect("session export s -o bag", 5, "", "bag: is there already");
+    expect("session verify bag/data", 0, "complete", "");
+    expect("session nonsense s", 2, "", "not one of");
+    expect("session show nowhere", 5, "", "nowhere: No such file");
+    expect("session show bag", 5, "", "bag: not a session");
+}
+
+TEST(an_interrupted_capture_is_partial_and_resumes)
+{
+    put("plan.yaml", "name: p\nlights: [led]\nfilters: [red]\nexposures: [1ms]\nrepeats: 400\n");
+    char line[2000];
+    snprintf(line, sizeof line,
+             "timeout -s INT 0.6 %s/nacre capture --rig rig.yaml --plan plan.yaml -o s >out 2>err;"
+             " test $? = 124 -o $? = 6",
+             BIN_DIR);
+    assert_int_equal(system(line), 0);
+    expect("session verify s", 6, "partial", "partial:");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --resume --json", 0, "\"frames\": 400",
+           "");
+}
+
+#define T(name) cmocka_unit_test_setup(name, setup)
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        T(a_capture_is_complete_and_can_be_proven),
+        T(a_dry_run_leaves_nothing),
+        T(damage_is_found_and_resume_shoots_only_what_is_not_proven),
+        T(resume_refuses_another_plan),
+        T(an_automatic_bracket_finds_its_exposures),
+        T(an_export_checks_itself),
+        T(an_interrupted_capture_is_partial_and_resumes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,16 @@
+// drivers.c - one list for every program; a driver is in it when its library was there at build.
+#include "ui/drivers.h"
+#include "sim/sim.h"
+#include <stddef.h>
+
+static const struct cam_driver *const cameras[] = {
+    &sim_cam,
+    NULL,
+};
+
+static const struct trig_driver *const triggers[] = {
+    &sim_trig,
+    NULL,
+};
+
+const struct drivers all_drivers = {cameras, triggers};

@@ -1,0 +1,51 @@
+// session_doc.c - a session's frames and state as a document: for show, and for what export writes.
+#include "ui/session_verbs.h"
+#include <math.h>
+
+void session_describe_frame(const struct session_frame *f, struct doc *d)
+{
+    static const char *const kinds[] = {"light", "dark", "meter"};
+    doc_int(d, "id", f->id);
+    doc_int(d, "step", f->step.index);
+    doc_int(d, "attempt", f->attempt);
+    doc_text(d, "kind", kinds[f->step.kind]);
+    doc_text(d, "light", f->step.light);
+    doc_text(d, "filter", f->step.filter);
+    doc_int(d, "repeat", f->step.repeat);
+    doc_num(d, "exposure_s", session_exposure_s(f));
+    doc_num(d, "requested_s", 1e-9 * (double)f->step.exposure_ns);
+    doc_num(d, "reported_s", f->reported_ns ? 1e-9 * (double)f->reported_ns : NAN);
+    doc_num(d, "measured_s", f->measured_ns ? 1e-9 * (double)f->measured_ns : NAN);
+    doc_num(d, "measured_sigma", f->measured_sigma);
+    doc_num(d, "gain", f->gain);
+    doc_num(d, "focus_per_m", f->focus_per_m);
+    doc_num(d, "temperature_k", f->temperature_k);
+    doc_int(d, "sequence", (long)f->seq);
+    doc_int(d, "device_ns", f->device_ns);
+    doc_int(d, "start_ns", f->start_ns);
+    doc_int(d, "arrived_ns", f->arrived_ns);
+    doc_int(d, "utc_ns", f->utc_ns);
+    doc_int(d, "light_on_ns", f->light_on_ns);
+    doc_int(d, "light_off_ns", f->light_off_ns);
+    doc_int(d, "w", f->w);
+    doc_int(d, "h", f->h);
+    doc_num(d, "black", f->black);
+    doc_int(d, "white", f->white);
+    doc_num(d, "saturated", f->saturated);
+    doc_text(d, "path", f->path);
+    doc_text(d, "sha256", f->sha256);
+    doc_text(d, "verdict", f->verdict);
+    if (*f->reason)
+        doc_text(d, "reason", f->reason);
+}
+
+void session_describe_state(const struct session_report *r, struct doc *d)
+{
+    doc_text(d, "status", session_state_name[r->state]);
+    doc_int(d, "planned", r->planned);
+    doc_bool(d, "planned_to_end", r->is_final);
+    doc_int(d, "good", r->good);
+    doc_int(d, "rejected_count", r->other);
+    for (int k = 0; k < r->n_problems && k < 16; k++)
+        doc_text(doc_item(d, "problems"), "text", r->problem[k]);
+}
