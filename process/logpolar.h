@@ -28,8 +28,6 @@ struct lp_nodes {
     int n;
     const double
         *x; // [n] px from the centre, rising, x[n-1-i] = -x[i]: node (i, j) is (x[i], x[j])
-    float lowest[3];        // results are cut off below these, where only interpolation can reach
-    const double (*mix)[3]; // [3][3] applied to the channels at the end, or NULL
 };
 
 // Shares of the work that was not there, 0..1.

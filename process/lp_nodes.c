@@ -92,18 +92,8 @@ static void middle_line(const struct lp_middle *m, double y, struct line *l)
     l->offset = m->middle;
 }
 
-// Three channels become the node's: cut off below, mixed.
-static inline void store(const struct lp_nodes *n, color4 sum, float *out)
-{
-    float v[3];
-    for (int c = 0; c < 3; c++)
-        v[c] = sum[c] > n->lowest[c] ? sum[c] : n->lowest[c];
-    for (int c = 0; c < 3; c++)
-        out[c] = n->mix ? (float)(n->mix[c][0] * v[0] + n->mix[c][1] * v[1] + n->mix[c][2] * v[2])
-                        : v[c];
-}
-
-static inline long read_node(const struct lp_nodes *n, const struct line *l, double x, float *out)
+// The node at x of a line; 1 when there is no signal.
+static inline long read_node(const struct line *l, double x, float *out)
 {
     const double at = x * l->scale + l->offset;
     const int i = (int)at;
@@ -112,8 +102,9 @@ static inline long read_node(const struct lp_nodes *n, const struct line *l, dou
     float w[6];
     bspline_weights_5((float)(at - i), w);
     const color4 *v = l->value + i - 2;
-    store(n, w[0] * v[0] + w[1] * v[1] + w[2] * v[2] + w[3] * v[3] + w[4] * v[4] + w[5] * v[5],
-          out);
+    const color4 sum =
+        w[0] * v[0] + w[1] * v[1] + w[2] * v[2] + w[3] * v[3] + w[4] * v[4] + w[5] * v[5];
+    memcpy(out, &sum, 3 * sizeof *out);
     return 0;
 }
 
@@ -156,7 +147,7 @@ static long read_columns(const struct job *job, int i0, int i1, struct line line
     for (int j = 0; j < n; j++)
         for (int i = i0; i < i1; i++)
             if (has[i - i0] && abs(2 * j - (n - 1)) <= abs(2 * i - (n - 1)))
-                empty += read_node(nodes, &lines[i - i0], nodes->x[j],
+                empty += read_node(&lines[i - i0], nodes->x[j],
                                    job->out + ((size_t)j * (size_t)n + (size_t)i) * 3);
     return empty;
 }
@@ -176,8 +167,7 @@ static long read_row(const struct job *job, int j, struct line *l)
         return last - first + 1;
     long empty = 0;
     for (int i = first; i <= last; i++)
-        empty +=
-            read_node(nodes, l, nodes->x[i], job->out + ((size_t)j * (size_t)n + (size_t)i) * 3);
+        empty += read_node(l, nodes->x[i], job->out + ((size_t)j * (size_t)n + (size_t)i) * 3);
     return empty;
 }
 
@@ -187,7 +177,7 @@ static void read_middle(const struct job *job, int j, int first, int last, struc
     const struct lp_nodes *nodes = job->nodes;
     middle_line(job->middle, nodes->x[j], l);
     for (int i = first; i <= last; i++)
-        read_node(nodes, l, nodes->x[i], job->out + ((size_t)j * (size_t)nodes->n + (size_t)i) * 3);
+        read_node(l, nodes->x[i], job->out + ((size_t)j * (size_t)nodes->n + (size_t)i) * 3);
 }
 
 long lp_read_nodes(const struct lp_ring *rings, int n_rings, const struct lp_middle *middle,

@@ -1,7 +1,7 @@
 // lut.c - checks a request, picks the method, runs it.
 #define _GNU_SOURCE
-#include "process/lut.h"
 #include "core/log.h"
+#include "process/lut_kernel.h"
 #include <math.h>
 #include <stdio.h>
 
@@ -59,10 +59,60 @@ static enum lut_method pick(const struct lut_request *r, char *why, size_t size)
     return LUT_EXACT;
 }
 
+// What no sum with these weights can be below, a pattern nowhere below its least value given.
+static void find_lowest(const struct lut_pattern *p, const struct lp_kernel *k, float lowest[3])
+{
+    float least = 0;
+    double sum[3] = {0};
+    for (size_t i = 0; i < (size_t)p->w * (size_t)p->h; i++)
+        least = fminf(least, p->px[i]);
+    for (int q = 0; q < k->n; q++)
+        for (int c = 0; c < 3; c++)
+            sum[c] += k->weight[q][c];
+    for (int c = 0; c < 3; c++)
+        lowest[c] = (float)(sum[c] * (double)least);
+}
+
+// Splines swing below zero around sharp lobes; the table is cut off where only they can reach.
+static void settle(struct table *t, const float lowest[3], bool to_rgb)
+{
+#pragma omp parallel for
+    for (int j = 0; j < t->n; j++)
+        for (float *v = t->tab + (size_t)j * (size_t)t->n * 3, *end = v + (size_t)t->n * 3; v < end;
+             v += 3) {
+            double xyz[3], rgb[3];
+            for (int c = 0; c < 3; c++)
+                xyz[c] = (double)(v[c] = v[c] > lowest[c] ? v[c] : lowest[c]);
+            if (!to_rgb)
+                continue;
+            xyz_to_rgb(xyz, rgb);
+            for (int c = 0; c < 3; c++)
+                v[c] = (float)rgb[c];
+        }
+    t->is_rgb = to_rgb;
+}
+
+static bool build(const struct lut_request *r, struct table *t, struct lut_report *report,
+                  struct err *e)
+{
+    static lut_fn *const methods[] = {NULL, lut_exact, lut_sampled, lut_floor};
+    struct lp_kernel k;
+    if (!lut_kernel_init(&k, r, &report->skipped_band, e))
+        return false;
+    float lowest[3];
+    find_lowest(r->pattern, &k, lowest);
+    bool ok = methods[report->method](r, &k, t, report, e);
+    if (ok)
+        settle(t, lowest, r->is_rgb);
+    ok = ok && lut_cover(r->pattern, &k, t, &report->uncovered, e) &&
+         (!r->pattern->variance || lut_sigma(r->pattern, &k, t, e));
+    lut_kernel_finish(&k);
+    return ok;
+}
+
 bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *report,
                struct err *e)
 {
-    static lut_fn *const methods[] = {NULL, lut_exact, lut_sampled, lut_floor};
     const double start_s = now_s();
     struct lut_report did = {.method = r->method};
     struct table got = {0};
@@ -73,8 +123,7 @@ bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *
         did.method = pick(r, did.why, sizeof did.why);
     if (!table_init(&got, r->n, r->range, r->power, 1, e))
         return false;
-    got.is_rgb = r->is_rgb;
-    if (!methods[did.method](r, &got, &did, e)) {
+    if (!build(r, &got, &did, e)) {
         table_finish(&got);
         return false;
     }

@@ -8,6 +8,7 @@
 #pragma once
 #include "core/spectrum.h"
 #include "core/table.h"
+#include "process/logpolar.h"
 #include "process/lut_pattern.h"
 
 enum lut_method {
@@ -35,23 +36,18 @@ struct lut_request {
 // What was done and what it cost.
 struct lut_report {
     enum lut_method method;
-    char why[160];       // why this method, for a person
-    int wavelengths;     // LUT_SAMPLED, LUT_FLOOR
-    double skipped_band; // shares of the work that was not there, 0..1
-    double skipped_nodes;
-    double uncovered; // share of nodes whose band leaves what the photograph saw
+    char why[160];           // why this method, for a person
+    int wavelengths;         // LUT_SAMPLED, LUT_FLOOR
+    double skipped_band;     // the share of 380..780 nm where P cmf is nothing
+    struct lp_stats skipped; // LUT_EXACT: what of the pattern is empty
+    double uncovered;        // share of nodes whose band leaves what the photograph saw
     double seconds;
 };
 
-// ERR_DATA for impossible requests; t untouched on failure. Same bytes for any number of threads.
+// The table has cover, and sigma when the pattern has its variance. ERR_DATA for impossible
+// requests; t untouched on failure. Same bytes for any number of threads.
 bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *report,
                struct err *e);
-
-// The methods themselves: r is checked, t initialised.
-typedef bool lut_fn(const struct lut_request *r, struct table *t, struct lut_report *report,
-                    struct err *e);
-lut_fn lut_exact, lut_sampled, lut_floor;
-
 // Wavelengths that the sampled method needs for a tolerance.
 int lut_sampled_wavelengths(double tolerance);
 

@@ -108,12 +108,6 @@ bool lut_band_init(struct lut_band *b, const struct spectrum *light, double step
     return true;
 }
 
-void lut_band_to_rgb(struct lut_band *b)
-{
-    for (int q = 0; q < b->n; q++)
-        xyz_to_rgb(b->weight[q], b->weight[q]);
-}
-
 bool lut_band_sampled(struct lut_band *b, const struct spectrum *light, int n, struct err *e)
 {
     struct lut_band fine, got = {0};

@@ -10,13 +10,12 @@
 struct lut_band {
     int n;
     double *lambda_m;    // [n] rising, owned
-    double (*weight)[3]; // [n] X, Y, Z or R, G, B, owned
+    double (*weight)[3]; // [n] X, Y, Z, owned
     double skipped;      // of 380..780 nm: the share of wavelengths where P cmf is nothing
 };
 
 // Gauss points are at most `step` apart in ln(lambda). ERR_DATA when the light has no luminance.
 bool lut_band_init(struct lut_band *b, const struct spectrum *light, double step, struct err *e);
-void lut_band_to_rgb(struct lut_band *b); // the weights of X, Y, Z become those of linear sRGB
 void lut_band_finish(struct lut_band *b); // accepts a zeroed struct
 
 // The same integral on `n` equally spaced wavelengths, 380 to 780 nm, for an f that is linear

@@ -4,24 +4,22 @@
 // whose index is the floor of the position.
 #define _GNU_SOURCE
 #include "core/mem.h"
-#include "process/lut.h"
 #include "process/lut_band.h"
+#include "process/lut_kernel.h"
 #include <math.h>
 #include <stdlib.h>
 
 enum { WAVELENGTHS = 81 };
 
-bool lut_floor(const struct lut_request *r, struct table *t, struct lut_report *report,
-               struct err *e)
+bool lut_floor(const struct lut_request *r, const struct lp_kernel *k, struct table *t,
+               struct lut_report *report, struct err *e)
 {
+    (void)k; // on wavelengths of its own
     const struct lut_pattern *p = r->pattern;
     struct lut_band band;
     if (!lut_band_sampled(&band, r->light, WAVELENGTHS, e))
         return false;
     report->wavelengths = WAVELENGTHS;
-    report->skipped_band = band.skipped;
-    if (r->is_rgb)
-        lut_band_to_rgb(&band);
     double *u = xcalloc((size_t)t->n, sizeof *u);
     for (int i = 0; i < t->n; i++)
         u[i] = table_node(t, i);

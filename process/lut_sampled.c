@@ -2,8 +2,8 @@
 #define _GNU_SOURCE
 #include "core/mem.h"
 #include "process/bspline.h"
-#include "process/lut.h"
 #include "process/lut_band.h"
+#include "process/lut_kernel.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,9 +38,10 @@ int lut_sampled_wavelengths(double tolerance)
     return tolerance >= 2e-3 ? 81 : tolerance >= 5e-4 ? 161 : 401;
 }
 
-bool lut_sampled(const struct lut_request *r, struct table *t, struct lut_report *report,
-                 struct err *e)
+bool lut_sampled(const struct lut_request *r, const struct lp_kernel *k, struct table *t,
+                 struct lut_report *report, struct err *e)
 {
+    (void)k; // on wavelengths of its own
     const struct lut_pattern *p = r->pattern;
     const size_t count = (size_t)p->w * (size_t)p->h;
     float *coef = sample_alloc(count, sizeof *coef, "pattern", e);
@@ -50,9 +51,6 @@ bool lut_sampled(const struct lut_request *r, struct table *t, struct lut_report
         free(coef);
         return false;
     }
-    report->skipped_band = band.skipped;
-    if (r->is_rgb)
-        lut_band_to_rgb(&band);
     memcpy(coef, p->px, count * sizeof *coef);
     bspline_fit_image(coef, p->w, p->h, BSPLINE_CUBIC);
 

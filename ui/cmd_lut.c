@@ -164,6 +164,11 @@ static bool build(const struct args *a, struct cli *cli, const struct lut_patter
     doc_nums(cli->doc, "center_px", (double[]){p->cx, p->cy}, 2);
     if (report.wavelengths)
         doc_int(cli->doc, "wavelengths", report.wavelengths);
+    doc_num(cli->doc, "uncovered", report.uncovered);
+    doc_num(cli->doc, "skipped.band", report.skipped_band);
+    doc_num(cli->doc, "skipped.rays", report.skipped.rays);
+    doc_num(cli->doc, "skipped.radii", report.skipped.radii);
+    doc_num(cli->doc, "skipped.nodes", report.skipped.nodes);
     doc_num(cli->doc, "seconds", report.seconds);
     return true;
 }
