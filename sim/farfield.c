@@ -171,6 +171,24 @@ static bool gaussians(double f, double period_m, int most, double width2, int *f
     return *first <= *last;
 }
 
+static double order_at(const struct farfield *f, int m, int n, const double *at_q)
+{
+    const size_t row = (size_t)(2 * f->m_max + 1);
+    const double *power =
+        f->power + ((size_t)(n + f->n_max) * row + (size_t)(m + f->m_max)) * (size_t)f->n_q;
+    double sum = 0;
+    for (int j = 0; j < f->n_q; j++)
+        sum += at_q[j] * power[j];
+    return sum;
+}
+
+double farfield_order(const struct farfield *f, int m, int n, double q)
+{
+    double at_q[MAX_NODES];
+    weights_at(f, q, at_q);
+    return order_at(f, m, n, at_q);
+}
+
 double farfield_at(const struct farfield *p, double u, double v, double w, double lambda_m)
 {
     const struct sample *s = p->sample;

@@ -30,3 +30,6 @@ bool farfield_init(struct farfield *p, const struct sample *s, const struct farf
                    struct err *e);
 void farfield_finish(struct farfield *p); // accepts a zeroed struct
 double farfield_at(const struct farfield *p, double u, double v, double w, double lambda_m);
+
+// |c_mn|^2 at q, from the table.
+double farfield_order(const struct farfield *f, int m, int n, double q);

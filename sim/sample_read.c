@@ -1,8 +1,10 @@
 // sample_read.c - the kinds of samples and their YAML (docs/simulator.md).
 #define _GNU_SOURCE
+#include "core/hfield_file.h"
 #include "core/mem.h"
 #include "sim/sample.h"
 #include "sim/surface.h"
+#include <libgen.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -182,6 +184,36 @@ static bool read_quasi_random(struct sample *s, struct ynode *y, struct err *e)
                         e);
 }
 
+// One cell measured elsewhere; it repeats, so its edges should meet.
+static bool read_height(struct sample *s, struct ynode *y, const char *path, struct err *e)
+{
+    const char *file = NULL;
+    struct hfield_hints hints = {0};
+    double pitch_m[2] = {0, 0};
+    if (!ymap_text(y, "file", Y_NEEDED, &file, e) ||
+        !read_numbers(y, "pixel", UNIT_M, 1e-10, 1e-3, pitch_m, 2, e) ||
+        !ymap_num(y, "z-scale", Y_OPTIONAL, UNIT_M, 1e-12, 1e-3, &hints.z_scale_m, e))
+        return false;
+    hints.dx_m = pitch_m[0];
+    hints.dy_m = pitch_m[1];
+    char *copy = xstrdup(path);
+    char *full = *file == '/' ? xstrdup(file) : xasprintf("%s/%s", dirname(copy), file);
+    struct err why;
+    bool ok = hfield_read(&s->map, full, &hints, &why);
+    if (!ok && why.code == ERR_FILE)
+        *e = why;
+    else if (!ok)
+        yaml_bad(ymap_find(y, "file"), e, "%s", why.msg);
+    free(full);
+    free(copy);
+    const long missing = ok ? hfield_missing(&s->map) : 0;
+    if (missing)
+        return yaml_bad(ymap_find(y, "file"), e, "%ld nodes are missing: fill them first", missing);
+    s->period_x_m = s->map.nx * s->map.dx_m;
+    s->period_y_m = s->map.ny * s->map.dy_m;
+    return ok;
+}
+
 static bool read_one_shape(struct sample *s, struct ynode *item, bool one_d, struct err *e)
 {
     double x[2] = {0, 1}, t[2] = {0, 1};
@@ -246,7 +278,7 @@ static bool read_shapes(struct sample *s, struct ynode *y, struct err *e)
 
 static const struct kind {
     const char *name;
-    bool (*read)(struct sample *s, struct ynode *y, struct err *e);
+    bool (*read)(struct sample *s, struct ynode *y, struct err *e); // NULL: reads a file
 } kinds[] = {
     {"flat", read_flat},
     {"blazed", read_blazed},
@@ -257,10 +289,11 @@ static const struct kind {
     {"random", read_random},
     {"quasi-periodic", read_quasi_periodic},
     {"quasi-random", read_quasi_random},
+    {"height", NULL},
     {"shapes", read_shapes},
 };
 static const char kind_names[] =
-    "flat|blazed|cd|lcd|tv|holographic|random|quasi-periodic|quasi-random|shapes";
+    "flat|blazed|cd|lcd|tv|holographic|random|quasi-periodic|quasi-random|height|shapes";
 
 static bool read_common(struct sample *s, struct ynode *y, struct err *e)
 {
@@ -290,7 +323,6 @@ static bool read_common(struct sample *s, struct ynode *y, struct err *e)
 
 bool sample_read(struct sample *s, struct ynode *y, const char *path, struct err *e)
 {
-    (void)path;
     int kind;
     if (!ymap_choice(y, "kind", Y_NEEDED, kind_names, &kind, e))
         return false;
@@ -303,7 +335,9 @@ bool sample_read(struct sample *s, struct ynode *y, const char *path, struct err
         .stripe_duty = 0.5,
     };
     strcpy(got.kind, kinds[kind].name);
-    if (!kinds[kind].read(&got, y, e) || !read_common(&got, y, e)) {
+    const bool read =
+        kinds[kind].read ? kinds[kind].read(&got, y, e) : read_height(&got, y, path, e);
+    if (!read || !read_common(&got, y, e)) {
         sample_finish(&got);
         return false;
     }

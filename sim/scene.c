@@ -8,22 +8,6 @@
 
 const char sim_scene_default[] = "sample: {kind: lcd, pitch: 25um}\n";
 
-static bool read_view(struct sim_view *v, struct ynode *root, struct err *e)
-{
-    struct ynode *y = NULL;
-    *v = (struct sim_view){.w = 1000, .h = 1000, .h_per_pixel = 7.2e-4};
-    if (!ymap_map(root, "view", Y_OPTIONAL, &y, e))
-        return false;
-    if (y && (!ymap_int(y, "width", Y_OPTIONAL, 1, 16384, &v->w, e) ||
-              !ymap_int(y, "height", Y_OPTIONAL, 1, 16384, &v->h, e) ||
-              !ymap_num(y, "h-per-pixel", Y_OPTIONAL, UNIT_NONE, 1e-7, 1, &v->h_per_pixel, e)))
-        return false;
-    v->center_x = 0.5 * (v->w - 1);
-    v->center_y = 0.5 * (v->h - 1);
-    return !y || (ymap_num(y, "center-x", Y_OPTIONAL, UNIT_PX, -1e5, 1e5, &v->center_x, e) &&
-                  ymap_num(y, "center-y", Y_OPTIONAL, UNIT_PX, -1e5, 1e5, &v->center_y, e));
-}
-
 static bool read_sensor(struct sim_sensor *s, struct ynode *root, const struct rig *rig,
                         struct err *e)
 {
@@ -101,7 +85,8 @@ static bool read_all(struct sim_scene *s, struct yaml *y, const struct rig *rig,
     struct ynode *root = yaml_root(y), *sample = NULL;
     const bool ok = ymap_map(root, "sample", Y_NEEDED, &sample, e) &&
                     sample_read(&s->sample, sample, s->path, e) &&
-                    read_sensor(&s->sensor, root, rig, e) && read_view(&s->view, root, e);
+                    read_sensor(&s->sensor, root, rig, e) &&
+                    view_read(&s->view, root, &s->sample, e);
     struct err ignored;
     return yaml_close(y, ok, ok ? e : &ignored) && ok;
 }

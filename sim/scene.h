@@ -5,14 +5,7 @@
 // L = f E.
 #pragma once
 #include "core/rig.h"
-#include "sim/sample.h"
-
-// A Fourier camera: light along the normal through a beam splitter, a lens whose picture is linear
-// in the direction cosines of wo. So u = (i - cx) * h_per_pixel, and v likewise down the rows.
-struct sim_view {
-    int w, h;
-    double h_per_pixel, center_x, center_y;
-};
+#include "sim/view.h"
 
 struct sim_sensor {
     int bits;

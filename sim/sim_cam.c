@@ -161,18 +161,6 @@ static void fill_caps(struct sim *s)
     c->dead_ns = 20000000000; // the first photograph of a light and filter has to be computed
 }
 
-// The same field of view on another number of pixels.
-static void resize_view(struct sim_view *v, int w, int h)
-{
-    const int new_w = w ? w : v->w, new_h = h ? h : v->h;
-    const double scale = (double)v->w / new_w;
-    v->center_x = (v->center_x + 0.5) / scale - 0.5;
-    v->center_y = (v->center_y + 0.5 - 0.5 * v->h) / scale - 0.5 + 0.5 * new_h;
-    v->h_per_pixel *= scale;
-    v->w = new_w;
-    v->h = new_h;
-}
-
 static bool check_lights(const struct lab *lab, struct err *e)
 {
     bool ok = true;
@@ -198,7 +186,7 @@ static bool sim_open(struct cam *cam, struct err *e)
         return false;
     struct sim_scene *scene = &s->lab.scene;
     if (s->w || s->h)
-        resize_view(&scene->view, s->w, s->h);
+        view_resize(&scene->view, s->w, s->h);
     fill_caps(s);
     if (!sensor_init(&s->sensor, &scene->sensor, scene->view.w, scene->view.h, (uint64_t)s->seed,
                      e))
@@ -338,7 +326,7 @@ bool sim_lab_open(struct lab *lab, const char *path, struct err *e)
                                      rig.camera.uri)) &&
                     devopt_parse(options, args, s, e) && lab_open(lab, s->scene, path, e);
     if (ok && (s->w || s->h))
-        resize_view(&lab->scene.view, s->w, s->h);
+        view_resize(&lab->scene.view, s->w, s->h);
     devopt_finish(options, s);
     free(s);
     rig_finish(&rig);

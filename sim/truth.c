@@ -48,7 +48,7 @@ static double by_ref(const void *ctx, double u, double v, double w, double lambd
     return farfield_ref(ctx, u, v, w, lambda_m);
 }
 
-static double by_pattern(const void *ctx, double u, double v, double w, double lambda_m)
+static double by_farfield(const void *ctx, double u, double v, double w, double lambda_m)
 {
     return farfield_at(ctx, u, v, w, lambda_m);
 }
@@ -59,33 +59,29 @@ void truth_xyz(const struct sample *s, const struct spectrum *illuminant, double
     integrate(s, by_ref, s, illuminant, illuminant_scale(illuminant), u, v, w, xyz);
 }
 
-double truth_w(double u, double v)
+bool truth_table(const struct sample *s, const struct sim_view *v,
+                 const struct spectrum *illuminant, struct table *t, struct err *e)
 {
-    return 1 + sqrt(fmax(0, 1 - u * u - v * v));
-}
-
-bool truth_table(const struct sample *s, const struct spectrum *illuminant, struct table *t,
-                 struct err *e)
-{
-    const double scale = illuminant_scale(illuminant), far = fmin(1, M_SQRT2 * t->range);
-    struct farfield p;
+    const double scale = illuminant_scale(illuminant),
+                 far = fmin(v->fourier ? 1 : 2, M_SQRT2 * t->range);
+    struct farfield f;
     const struct farfield_range range = {.h_max = far,
                                          .lambda_min_m = CIE_FIRST_NM * 1e-9,
                                          .lambda_max_m = CIE_LAST_NM * 1e-9,
-                                         .w_min = truth_w(far, 0),
-                                         .w_max = 2};
-    if (!farfield_init(&p, s, &range, e))
+                                         .w_min = view_w(v, far, 0),
+                                         .w_max = view_w(v, 0, 0)};
+    if (!farfield_init(&f, s, &range, e))
         return false;
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < t->n; j++)
         for (int i = 0; i < t->n; i++) {
-            const double u = table_node(t, i), v = table_node(t, j);
+            const double u = table_node(t, i), v_ = table_node(t, j);
             double xyz[3] = {0};
-            if (u * u + v * v < 1)
-                integrate(s, by_pattern, &p, illuminant, scale, u, v, truth_w(u, v), xyz);
+            if (hypot(u, v_) < far)
+                integrate(s, by_farfield, &f, illuminant, scale, u, v_, view_w(v, u, v_), xyz);
             for (int c = 0; c < 3; c++)
                 t->tab[((size_t)j * (size_t)t->n + (size_t)i) * 3 + (size_t)c] = (float)xyz[c];
         }
-    farfield_finish(&p);
+    farfield_finish(&f);
     return true;
 }

@@ -8,14 +8,13 @@
 #include "core/spectrum.h"
 #include "core/table.h"
 #include "sim/farfield.h"
+#include "sim/view.h"
 
 // At one point, everything summed anew. w: h.n of the geometry that is asked for (2 at the centre).
 void truth_xyz(const struct sample *s, const struct spectrum *illuminant, double u, double v,
                double w, double xyz[3]);
 
-// w = h.n as photographed at (u, v) with the light along the normal (a Fourier camera).
-double truth_w(double u, double v);
-
-// The whole table (nodes and range of `t`, from table_init), by struct farfield.
-bool truth_table(const struct sample *s, const struct spectrum *illuminant, struct table *t,
-                 struct err *e);
+// The whole table (nodes and range of `t`, from table_init) by struct farfield, with the w at which
+// the view photographs each (u, v).
+bool truth_table(const struct sample *s, const struct sim_view *v,
+                 const struct spectrum *illuminant, struct table *t, struct err *e);

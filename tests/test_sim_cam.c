@@ -68,7 +68,7 @@ TEST(counts_are_black_plus_responsivity_times_exposure_times_radiance)
     struct cam *cam = open_or_fail("sim:w=64,h=64", &t);
     take(cam, &t, 100000);
     assert_true(lab_open(&lab, NULL, NULL, &e));
-    lab.scene.view = (struct sim_view){64, 64, 7.2e-4 * 1000 / 64, 31.5, 31.5};
+    view_resize(&lab.scene.view, 64, 64);
     assert_true(lab_photo(&lab, 0, 0, &l, &e));
     double expected = 0, seen = 0, variance = 0;
     for (int k = 0; k < 64 * 64; k++) {

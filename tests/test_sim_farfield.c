@@ -1,6 +1,8 @@
 // test_sim_farfield.c - the simulator's far field against direct summation and against physics.
 #include "tests/test.h"
 
+#include "core/hfield_file.h"
+#include "sim/energy.h"
 #include "sim/farfield.h"
 
 static void make_sample(struct sample *s, const char *text)
@@ -155,6 +157,62 @@ TEST(all_orders_together_return_the_mean_reflectance)
     }
 }
 
+TEST(a_pure_phase_returns_all_light_in_its_orders)
+{
+    static const struct {
+        const char *text;
+        int reach;
+    } cases[] = {
+        {"{kind: flat}", 2},
+        {"{kind: blazed}", 400000}, // orders of a sawtooth fall as 1 / m^2
+        {"{kind: holographic}", 24},
+        {"{kind: quasi-periodic}", 128},
+    };
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        struct sample s;
+        struct energy all;
+        struct err e = {0};
+        make_sample(&s, cases[c].text);
+        assert_true(energy_of(&s, 530e-9, cases[c].reach, &all, &e));
+        assert_near(all.orders, 1, 1e-6);
+        assert_near(all.reflectance, 1, 0);
+        // The BRDF's 1 / cos_o makes wide orders brighter than they are.
+        assert_true(all.returned >= all.propagating);
+        sample_finish(&s);
+    }
+}
+
+TEST(a_mask_returns_what_it_lets_through)
+{
+    struct sample s;
+    struct energy all;
+    struct err e = {0};
+    make_sample(&s, "{kind: shapes, period: 4um, ground: 0.2, shapes: [{x: [0, 0.3]}]}");
+    assert_true(energy_of(&s, 530e-9, 200000, &all, &e));
+    assert_near(all.reflectance, 0.3 + 0.7 * 0.04, 1e-15);
+    assert_near(all.orders, all.reflectance, 1e-6);
+    sample_finish(&s);
+}
+
+TEST(a_height_file_is_a_cell)
+{
+    struct hfield h;
+    struct sample s;
+    struct err e = {0};
+    assert_true(hfield_init(&h, 32, 16, 0.25e-6, 0.5e-6, &e));
+    for (int k = 0; k < 32 * 16; k++)
+        h.z[k] = (float)(1e-7 * cos(2 * M_PI * (k % 32) / 32));
+    assert_true(hfield_write(&h, "cell.gsf", NULL, &e));
+    make_sample(&s, "{kind: height, file: cell.gsf}");
+    assert_near(s.period_x_m, 8e-6, 1e-15);
+    assert_near(s.period_y_m, 8e-6, 1e-15);
+    const double q = 4e6;
+    assert_near(cabs(sample_order(&s, 1, 0, q)), fabs(jn(1, 2 * M_PI * q * 1e-7)), 1e-6);
+    sample_finish(&s);
+    hfield_finish(&h);
+    remove("cell.gsf");
+}
+
 TEST(a_mask_scales_with_exponent_2_and_a_shallow_phase_with_4)
 {
     static const struct {
@@ -202,7 +260,7 @@ TEST(samples_that_cannot_be_are_refused_with_their_line)
          "s.yaml:2: pitch: 3 values, needs 2 or one for all"},
         {"kind: rose\n",
          "s.yaml:1: kind: 'rose' is not one of "
-         "flat|blazed|cd|lcd|tv|holographic|random|quasi-periodic|quasi-random|shapes"},
+         "flat|blazed|cd|lcd|tv|holographic|random|quasi-periodic|quasi-random|height|shapes"},
         {"kind: shapes\nperiod: 2um\nshapes: [{x: [0, 0.6]}, {x: [0.5, 0.9]}]\n",
          "s.yaml:3: shapes: two shapes overlap"},
         {"kind: shapes\nperiod: 2um\nshapes: [{x: [0.6, 0.2]}]\n",
@@ -227,6 +285,9 @@ TEST_MAIN(cmocka_unit_test(orders_of_shapes_are_their_fourier_integrals),
           cmocka_unit_test(pattern_is_the_mean_of_windowed_direct_sums),
           cmocka_unit_test(tabulated_orders_are_as_good_as_summed_ones),
           cmocka_unit_test(all_orders_together_return_the_mean_reflectance),
+          cmocka_unit_test(a_pure_phase_returns_all_light_in_its_orders),
+          cmocka_unit_test(a_mask_returns_what_it_lets_through),
+          cmocka_unit_test(a_height_file_is_a_cell),
           cmocka_unit_test(a_mask_scales_with_exponent_2_and_a_shallow_phase_with_4),
           cmocka_unit_test(a_turned_sample_turns_its_pattern),
           cmocka_unit_test(samples_that_cannot_be_are_refused_with_their_line))

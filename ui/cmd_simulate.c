@@ -1,8 +1,10 @@
 // cmd_simulate.c - nacre simulate: what the simulated bench would show without noise, and its
 // truth.
 #define _GNU_SOURCE
+#include "core/hfield_file.h"
 #include "core/imgfile.h"
 #include "core/meta.h"
+#include "sim/energy.h"
 #include "sim/sim.h"
 #include "sim/truth.h"
 #include "ui/commands.h"
@@ -89,7 +91,7 @@ static bool write_truth(struct lab *lab, const struct args *a, struct cli *cli, 
     struct table t = {0};
     bool ok = table_init(&t, a->size, a->range, a->power, 1, e) &&
               illuminant_get(&illuminant, a->illuminant, e) &&
-              truth_table(&lab->scene.sample, &illuminant, &t, e);
+              truth_table(&lab->scene.sample, &lab->scene.view, &illuminant, &t, e);
     if (ok) {
         stamp(&t.meta, cli);
         meta_set_text(&t.meta, "nacre.illuminant", a->illuminant);
@@ -102,18 +104,62 @@ static bool write_truth(struct lab *lab, const struct args *a, struct cli *cli, 
     return ok;
 }
 
+static bool write_height(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    struct hfield *map = &lab->scene.sample.map;
+    if (!map->z)
+        return err_set(e, ERR_DATA, "%s: its %s is a closed form, not a height map",
+                       cli->operand[0], lab->scene.sample.kind);
+    stamp(&map->meta, cli);
+    return hfield_write(map, a->out, NULL, e);
+}
+
+static bool tell_energy(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    int line, position;
+    struct band b = {0};
+    struct energy all;
+    const bool one_d = isinf(lab->scene.sample.period_y_m);
+    bool ok = find_light(lab, a, &line, &position, e) && lab_band(lab, line, position, &b, e);
+    const double lambda_m = ok ? b.lambda_m[b.n / 2] : 0;
+    ok = ok && energy_of(&lab->scene.sample, lambda_m, one_d ? 100000 : 500, &all, e);
+    band_finish(&b);
+    if (!ok)
+        return false;
+    doc_num(cli->doc, "lambda_m", lambda_m);
+    doc_num(cli->doc, "reflectance", all.reflectance);
+    doc_num(cli->doc, "orders", all.orders);
+    doc_num(cli->doc, "propagating", all.propagating);
+    doc_num(cli->doc, "returned", all.returned);
+    doc_num(cli->doc, "excess", all.returned - all.propagating);
+    return true;
+}
+
+static const struct {
+    const char *what;
+    bool (*make)(struct lab *lab, const struct args *a, struct cli *cli, struct err *e);
+} products[] = {
+    {"pattern", write_pattern}, {"geometry", write_geometry}, {"truth", write_truth},
+    {"height", write_height},   {"energy", tell_energy},
+};
+static const char product_names[] = "pattern|geometry|truth|height|energy";
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct args *a = args;
+    size_t k = 0;
+    while (strcmp(products[k].what, a->what))
+        k++;
+    const bool writes = products[k].make != tell_energy;
+    if (writes != (a->out != NULL))
+        return err_set(e, ERR_USAGE, writes ? "needs -o FILE" : "--what energy writes no file");
     struct lab lab = {0};
     if (!sim_lab_open(&lab, cli->operand[0], e))
         return false;
     doc_text(cli->doc, "sample", lab.scene.sample.kind);
     doc_num(cli->doc, "f0", sqrt(lab.scene.sample.r0));
-    const bool ok = !strcmp(a->what, "truth")      ? write_truth(&lab, a, cli, e)
-                    : !strcmp(a->what, "geometry") ? write_geometry(&lab, a, cli, e)
-                                                   : write_pattern(&lab, a, cli, e);
-    if (ok)
+    const bool ok = products[k].make(&lab, a, cli, e);
+    if (ok && writes)
         doc_text(cli->doc, "output", a->out);
     lab_finish(&lab);
     return ok;
@@ -121,9 +167,10 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 
 #define AT(field) offsetof(struct args, field)
 static const struct opt options[] = {
-    {"what", OPT_CHOICE, AT(what), "pattern|geometry|truth", "pattern",
-     "radiance without noise; u, v, w and weight of every pixel; the table S_d"},
-    {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write", .needed = true},
+    {"what", OPT_CHOICE, AT(what), product_names, "pattern",
+     "radiance without noise; u, v, w, weight of every pixel; the table S_d; a map's heights; the "
+     "light that the orders return"},
+    {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write"},
     {"light", OPT_TEXT, AT(light), "NAME", NULL, "of the rig; default: the first"},
     {"filter", OPT_TEXT, AT(filter), "NAME", "green", "of the rig"},
     {"illuminant", OPT_TEXT, AT(illuminant), "NAME|FILE", "E", "of the table"},
