@@ -109,10 +109,10 @@ static void sketch_free(struct sketch *k)
 
 // Power iterations until the r leading singular values hold still: left = |a|^2 - sum of s^2.
 static bool sketch_run(struct sketch *k, int m, int n, const float *a, int r, double all,
-                       double *left, struct err *e)
+                       struct err *e)
 {
+    double left = INFINITY;
     signs(k->z, (size_t)k->l * (size_t)n);
-    *left = INFINITY;
     for (int pass = 0; pass < MOST_ITERATIONS; pass++) {
         apply(false, m, n, k->l, a, k->z, k->y);
         if (!orthonormalise(m, k->l, k->y, NULL, e))
@@ -121,16 +121,16 @@ static bool sketch_run(struct sketch *k, int m, int n, const float *a, int r, do
         if (!orthonormalise(n, k->l, k->z, k->core, e) ||
             !svdf(k->l, k->l, k->core, k->cu, k->s, k->cvt, e))
             return false;
-        const double before = *left;
-        *left = fmax(0, all - squares(k->s, (size_t)r));
-        if (before - *left <= 2e-4 * *left || *left <= 1e-10 * all)
+        const double before = left;
+        left = fmax(0, all - squares(k->s, (size_t)r));
+        if (before - left <= 2e-4 * left)
             break;
     }
     return true;
 }
 
 static bool leading_of_whole(int m, int n, const float *a, int r, float *u, float *s, float *vt,
-                             double *left, struct err *e)
+                             struct err *e)
 {
     const int least = m < n ? m : n;
     const size_t count = (size_t)m * (size_t)n;
@@ -148,10 +148,8 @@ static bool leading_of_whole(int m, int n, const float *a, int r, float *u, floa
         for (int i = 0; i < m; i++)
             u[(size_t)i * (size_t)r + (size_t)k] = all_u[(size_t)i * (size_t)least + (size_t)k];
     }
-    if (ok) {
+    if (ok)
         memcpy(vt, all_vt, (size_t)r * (size_t)n * sizeof *vt);
-        *left = squares(all_s + r, (size_t)(least - r));
-    }
     free(copy);
     free(all_u);
     free(all_vt);
@@ -159,43 +157,64 @@ static bool leading_of_whole(int m, int n, const float *a, int r, float *u, floa
     return ok;
 }
 
+// a = y z^T = y (q core)^T, and core^T = cu s cvt, for core was kept column by column.
+static void sketch_read(const struct sketch *k, int m, int n, int r, float *u, float *s, float *vt)
+{
+    for (int c = 0; c < r; c++) {
+        s[c] = k->s[c];
+        for (int i = 0; i < m; i++) {
+            float sum = 0;
+            for (int q = 0; q < k->l; q++)
+                sum += k->y[(size_t)q * (size_t)m + (size_t)i] * k->cu[q * k->l + c];
+            u[(size_t)i * (size_t)r + (size_t)c] = sum;
+        }
+        for (int j = 0; j < n; j++) {
+            float sum = 0;
+            for (int q = 0; q < k->l; q++)
+                sum += k->cvt[c * k->l + q] * k->z[(size_t)q * (size_t)n + (size_t)j];
+            vt[(size_t)c * (size_t)n + (size_t)j] = sum;
+        }
+    }
+}
+
+// Taken from the samples themselves: |a|^2 - sum of s^2 in float ends at 3e-4 of |a|.
+static double residual(int m, int n, int r, const float *a, const float *u, const float *s,
+                       const float *vt)
+{
+    float *row = xcalloc((size_t)n, sizeof *row);
+    double sum = 0;
+    for (int i = 0; i < m; i++) {
+        memcpy(row, a + (size_t)i * (size_t)n, (size_t)n * sizeof *row);
+        for (int k = 0; k < r; k++) {
+            const float weight = u[(size_t)i * (size_t)r + (size_t)k] * s[k];
+            for (int j = 0; j < n; j++)
+                row[j] -= weight * vt[(size_t)k * (size_t)n + (size_t)j];
+        }
+        sum += squares(row, (size_t)n);
+    }
+    free(row);
+    return sqrt(sum);
+}
+
 bool svd_leading(int m, int n, const float *a, int r, float *u, float *s, float *vt, double *error,
                  struct err *e)
 {
     openblas_set_num_threads(1);
     const int least = m < n ? m : n, l = r + OVERSAMPLE;
-    double left = 0;
+    bool ok;
     if (4 * l >= least) {
-        if (!leading_of_whole(m, n, a, r, u, s, vt, &left, e))
-            return false;
+        ok = leading_of_whole(m, n, a, r, u, s, vt, e);
     } else {
         struct sketch k;
         const double all = squares(a, (size_t)m * (size_t)n);
         if (!isfinite(all))
             return err_set(e, ERR_DATA, "no SVD of a %d x %d matrix: it is not finite", m, n);
-        if (!sketch_alloc(&k, m, n, l, e) || !sketch_run(&k, m, n, a, r, all, &left, e)) {
-            sketch_free(&k);
-            return false;
-        }
-        // a = y z^T = y (q core)^T with core^T = cu s cvt, for it was kept column by column.
-        for (int c = 0; c < r; c++) {
-            s[c] = k.s[c];
-            for (int i = 0; i < m; i++) {
-                float sum = 0;
-                for (int q = 0; q < l; q++)
-                    sum += k.y[(size_t)q * (size_t)m + (size_t)i] * k.cu[q * l + c];
-                u[(size_t)i * (size_t)r + (size_t)c] = sum;
-            }
-            for (int j = 0; j < n; j++) {
-                float sum = 0;
-                for (int q = 0; q < l; q++)
-                    sum += k.cvt[c * l + q] * k.z[(size_t)q * (size_t)n + (size_t)j];
-                vt[(size_t)c * (size_t)n + (size_t)j] = sum;
-            }
-        }
+        ok = sketch_alloc(&k, m, n, l, e) && sketch_run(&k, m, n, a, r, all, e);
+        if (ok)
+            sketch_read(&k, m, n, r, u, s, vt);
         sketch_free(&k);
     }
-    if (error)
-        *error = sqrt(left);
-    return true;
+    if (ok && error)
+        *error = residual(m, n, r, a, u, s, vt);
+    return ok;
 }

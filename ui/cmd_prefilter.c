@@ -4,8 +4,9 @@
 #include "core/log.h"
 #include "process/env_direct.h"
 #include "process/env_exact.h"
-#include "process/table_cubic.h"
+#include "process/env_separable.h"
 #include "ui/commands.h"
+#include "ui/read_lut.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,6 +17,10 @@ struct args {
     int power;
     const char *tangent, *normal, *method, *fresnel;
     double r0, tolerance;
+    int rank;
+    bool align;
+    const char *passes;
+    int taps;
     int size;
     const char *out;
 };
@@ -29,13 +34,20 @@ static const struct opt opts[] = {
      UNIT_NONE, true},
     {"normal", OPT_LIST, AT(normal), "X,Y,Z", NULL, "normal of the sample; bitangent = n x t",
      UNIT_NONE, true},
-    {"method", OPT_CHOICE, AT(method), "exact|direct", "exact",
-     "plane convolutions, or full integration"},
+    {"method", OPT_CHOICE, AT(method), "exact|separable|direct", "exact",
+     "plane convolutions; blurs by factors; full integration"},
     {"fresnel", OPT_CHOICE, AT(fresnel), "constant|schlick", "constant", "F over the angle"},
     {"r0", OPT_NUM, AT(r0), "R0", "0.04", "power reflectance at normal incidence (schlick)"},
     {"tolerance", OPT_NUM, AT(tolerance), "E", "1e-3",
      "of the Fresnel term and the weight of angles, relative (exact)"},
-    {"size", OPT_INT, AT(size), "N", NULL, "nodes a side", UNIT_NONE, true},
+    {"rank", OPT_INT, AT(rank), "R", "1", "products of the table (separable)"},
+    {"align", OPT_FLAG, AT(align), NULL, NULL,
+     "turn the pattern's main directions into axes first (separable)"},
+    {"passes", OPT_CHOICE, AT(passes), "2|4", "4",
+     "4 turn the map to the sample and back, which keeps lines straight (separable)"},
+    {"taps", OPT_INT, AT(taps), "N", "256", "of a filter (separable)"},
+    {"size", OPT_INT, AT(size), "N", NULL, "nodes a side; separable: columns of the map", UNIT_NONE,
+     true},
     {"o", OPT_FILE, AT(out), "OUT", NULL, "the map: .exr .pfm .hdr", UNIT_NONE, true},
     {0},
 };
@@ -64,24 +76,6 @@ static bool read_frame(const struct args *a, struct frame *f, struct err *e)
                    a->tangent, a->normal);
 }
 
-static bool read_lut(const struct args *a, struct table *t, struct err *e)
-{
-    const struct table_nodes assume = {a->range, a->power};
-    if (!table_read(t, a->lut, isnan(a->range) ? NULL : &assume, e))
-        return false;
-    const size_t n = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
-    for (size_t k = 0; k < n; k++)
-        if (!isfinite(t->tab[k])) {
-            const size_t node = k / 3 % ((size_t)t->n * (size_t)t->n);
-            return err_set(e, ERR_DATA, "%s: node (%zu, %zu) is %g: must be finite", a->lut,
-                           node % (size_t)t->n, node / (size_t)t->n, (double)t->tab[k]);
-        }
-    if (!strcmp(path_ext(a->lut), ".pfm")) // it cannot say; colours meet those of the map
-        t->is_rgb = true;
-    table_to_rgb(t);
-    return true;
-}
-
 static bool check(const struct args *a, struct err *e)
 {
     if (!(a->r0 > 0 && a->r0 <= 1))
@@ -91,30 +85,59 @@ static bool check(const struct args *a, struct err *e)
     return true;
 }
 
-static bool filter(const struct args *a, struct cli *cli, const struct environment *env,
-                   const struct table *t, const struct frame *frame, struct image *out,
-                   struct err *e)
+struct job {
+    const struct args *a;
+    const struct environment *env;
+    const struct table *lut;
+    struct frame frame;
+    struct fresnel fresnel;
+};
+
+static bool exact(const struct job *j, struct doc *d, struct image *out, struct err *e)
 {
-    const struct fresnel f = {!strcmp(a->fresnel, "schlick"), a->r0};
     const double start = now_s();
-    if (!strcmp(a->method, "direct")) {
-        if (!env_direct_map(t, &f, env, frame, a->size, out, e))
-            return false;
-        doc_num(cli->doc, "seconds", now_s() - start);
-        return true;
-    }
     struct env_kernel k;
-    if (!env_kernel_init(&k, t, &f, a->tolerance, 0, M_PI / env->map.h, e))
+    if (!env_kernel_init(&k, j->lut, &j->fresnel, j->a->tolerance, 0, M_PI / j->env->map.h, e))
         return false;
     const double ready = now_s();
-    const bool ok = env_exact(&k, env, frame, a->size, out, e);
-    doc_int(cli->doc, "grid", k.grid.side);
-    doc_int(cli->doc, "period", k.grid.period);
-    doc_int(cli->doc, "degree", k.zonal.degree);
-    doc_num(cli->doc, "weight_error", k.zonal.error);
-    doc_num(cli->doc, "kernel_s", ready - start);
-    doc_num(cli->doc, "seconds", now_s() - start);
+    const bool ok = env_exact(&k, j->env, &j->frame, j->a->size, out, e);
+    doc_int(d, "grid", k.grid.side);
+    doc_int(d, "degree", k.zonal.degree);
+    doc_num(d, "weight_error", k.zonal.error);
+    doc_num(d, "kernel_s", ready - start);
     env_kernel_finish(&k);
+    return ok;
+}
+
+static bool separable(const struct job *j, struct doc *d, struct image *out, struct err *e)
+{
+    const struct separable how = {j->a->size, j->a->taps, !strcmp(j->a->passes, "4")};
+    struct factors f = {0};
+    if (j->fresnel.schlick)
+        return err_set(e, ERR_DATA,
+                       "--fresnel schlick: separable holds at normal incidence, where Fresnel is "
+                       "constant");
+    if (!factor(&f, j->lut, j->a->rank, j->a->align, true, e))
+        return err_in(e, "%s", j->a->lut);
+    const bool ok = env_separable(&f, j->env, &j->frame, &how, out, e);
+    doc_text(d, "kind", factor_kind_names[f.kind]);
+    doc_int(d, "rank", f.rank);
+    doc_num(d, "rank_error", f.error[4 * (f.rank - 1) + 3]);
+    factors_finish(&f);
+    return ok;
+}
+
+static bool filter(const struct job *j, struct doc *d, struct image *out, struct err *e)
+{
+    const double start = now_s();
+    bool ok;
+    if (!strcmp(j->a->method, "direct"))
+        ok = env_direct_map(j->lut, &j->fresnel, j->env, &j->frame, j->a->size, out, e);
+    else if (!strcmp(j->a->method, "separable"))
+        ok = separable(j, d, out, e);
+    else
+        ok = exact(j, d, out, e);
+    doc_num(d, "seconds", now_s() - start);
     return ok;
 }
 
@@ -125,8 +148,10 @@ static void record(const struct args *a, const struct cli *cli, const struct fra
     meta_set_text(m, "nacre.command", cli->line);
     meta_set_text(m, "nacre.environment", cli->operand[0]);
     meta_set_text(m, "nacre.lut", a->lut);
-    meta_set_num(m, "nacre.range", 1);
-    meta_set_num(m, "nacre.power", 1);
+    if (strcmp(a->method, "separable")) {
+        meta_set_num(m, "nacre.range", 1);
+        meta_set_num(m, "nacre.power", 1);
+    }
     meta_set_nums(m, "nacre.tangent", (double[]){f->t.x, f->t.y, f->t.z}, 3);
     meta_set_nums(m, "nacre.normal", (double[]){f->n.x, f->n.y, f->n.z}, 3);
 }
@@ -137,12 +162,12 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     struct environment env = {0};
     struct table t = {0};
     struct image out = {0};
-    struct frame f;
-    const bool ok = check(a, e) && read_frame(a, &f, e) && read_lut(a, &t, e) &&
-                    environment_read(&env, cli->operand[0], e) &&
-                    filter(a, cli, &env, &t, &f, &out, e);
+    struct job j = {a, &env, &t, .fresnel = {!strcmp(a->fresnel, "schlick"), a->r0}};
+    const bool ok = check(a, e) && read_frame(a, &j.frame, e) &&
+                    read_lut(&t, a->lut, a->range, a->power, e) &&
+                    environment_read(&env, cli->operand[0], e) && filter(&j, cli->doc, &out, e);
     if (ok)
-        record(a, cli, &f, &out.meta);
+        record(a, cli, &j.frame, &out.meta);
     const bool written = ok && image_write(&out, a->out, e);
     if (written)
         doc_text(cli->doc, "output", a->out);
@@ -163,7 +188,8 @@ const struct command cmd_prefilter = {
     .notes = "ENV is a lat-long map of radiance (.hdr .exr .pfm), twice as wide as high.\n"
              "The map written holds the outgoing radiance over (o_t, o_b), the direction cosines\n"
              "of the viewer: column i is o_t = 2i/(N-1) - 1, row j is o_b = 2j/(N-1) - 1, and 0\n"
-             "outside the unit disk.\n"
+             "outside the unit disk. The separable method (R17) writes a lat-long map N x N/2 of\n"
+             "what is seen with that direction in the mirror; it holds near the normal.\n"
              "  nacre prefilter grace.hdr --lut lut.exr --tangent 1,0,0 --normal 0,0,1 --size 512 "
              "-o map.exr",
     .run = run,

@@ -13,6 +13,7 @@ extern const struct command cmd_session;
 extern const struct command cmd_lut;
 extern const struct command cmd_render;
 extern const struct command cmd_hdr;
+extern const struct command cmd_factor;
 extern const struct command cmd_prefilter;
 extern const struct command cmd_eval;
 extern const struct command cmd_tables;

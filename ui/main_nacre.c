@@ -14,6 +14,7 @@ static const struct command *const commands[] = {
     &cmd_tables,
     &cmd_eval,
     &cmd_hdr,
+    &cmd_factor,
     &cmd_prefilter,
     &cmd_bench,
     &cmd_render,
