@@ -16,7 +16,7 @@ struct sums {
 };
 
 // Where the longer exposure saturates charge spills over: such blocks and those around them are
-// left out. [bh][bw] of BLOCK x BLOCK pixels.
+// left out. One hot pixel spills nothing. [h][w] of BLOCK x BLOCK pixels.
 struct blocks {
     int w, h;
     bool *skip;
@@ -25,19 +25,19 @@ struct blocks {
 static struct blocks find_spill(const struct measure_frame *l)
 {
     struct blocks b = {(l->w + BLOCK - 1) / BLOCK, (l->h + BLOCK - 1) / BLOCK, NULL};
-    bool *full = xcalloc((size_t)b.w * (size_t)b.h, sizeof *full);
+    int *full = xcalloc((size_t)b.w * (size_t)b.h, sizeof *full);
     b.skip = xcalloc((size_t)b.w * (size_t)b.h, sizeof *b.skip);
     const int top = (int)(l->black + SPILL_FROM * (l->white - l->black));
     for (int j = 0; j < l->h; j++)
         for (int i = 0; i < l->w; i++)
             if (l->raw[(size_t)j * (size_t)l->w + (size_t)i] >= top)
-                full[(size_t)(j / BLOCK) * (size_t)b.w + (size_t)(i / BLOCK)] = true;
+                full[(size_t)(j / BLOCK) * (size_t)b.w + (size_t)(i / BLOCK)]++;
     for (int j = 0; j < b.h; j++)
         for (int i = 0; i < b.w; i++)
             for (int n = 0; n < 9; n++) {
                 const int x = i + n % 3 - 1, y = j + n / 3 - 1;
                 if (x >= 0 && y >= 0 && x < b.w && y < b.h)
-                    b.skip[j * b.w + i] |= full[y * b.w + x];
+                    b.skip[j * b.w + i] |= full[y * b.w + x] > 1;
             }
     free(full);
     return b;
@@ -61,6 +61,28 @@ static void add_row(struct sums *t, const uint16_t *s, const uint16_t *l, int w,
     }
 }
 
+static void sum_up(const struct measure_frame *s, const struct measure_frame *l,
+                   const struct blocks *spill, struct sums band[BANDS], struct sums *all)
+{
+    const double full = l->white - l->black;
+    memset(band, 0, BANDS * sizeof *band);
+    for (int j = 0; j < l->h; j++) {
+        const size_t row = (size_t)j * (size_t)l->w;
+        add_row(&band[(long)j * BANDS / l->h], s->raw + row, l->raw + row, l->w,
+                spill->skip + (size_t)(j / BLOCK) * (size_t)spill->w, s->black, l->black,
+                WELL_FROM * full, WELL_TO * full);
+    }
+    *all = (struct sums){0};
+    for (int k = 0; k < BANDS; k++) {
+        all->s += band[k].s;
+        all->l += band[k].l;
+        all->ss += band[k].ss;
+        all->sl += band[k].sl;
+        all->ll += band[k].ll;
+        all->n += band[k].n;
+    }
+}
+
 // Relative variance of s / l, from the scatter about that ratio and from the black level.
 static double variance(const struct sums *t, double ratio)
 {
@@ -76,24 +98,14 @@ bool measure_ratio(const struct measure_frame *a, const struct measure_frame *b,
         return false;
     const bool a_short = a->exposure_ns <= b->exposure_ns;
     const struct measure_frame *s = a_short ? a : b, *l = a_short ? b : a;
-    const double full = l->white - l->black;
-    struct sums band[BANDS] = {0}, all = {0};
     struct blocks spill = find_spill(l);
-    for (int j = 0; j < a->h; j++) {
-        const size_t row = (size_t)j * (size_t)a->w;
-        add_row(&band[(long)j * BANDS / a->h], s->raw + row, l->raw + row, a->w,
-                spill.skip + (size_t)(j / BLOCK) * (size_t)spill.w, s->black, l->black,
-                WELL_FROM * full, WELL_TO * full);
+    struct sums band[BANDS], all;
+    sum_up(s, l, &spill, band, &all);
+    if (all.n < LEAST_PIXELS) { // saturated spots all over: better with what spills than not at all
+        memset(spill.skip, 0, (size_t)spill.w * (size_t)spill.h);
+        sum_up(s, l, &spill, band, &all);
     }
     free(spill.skip);
-    for (int k = 0; k < BANDS; k++) {
-        all.s += band[k].s;
-        all.l += band[k].l;
-        all.ss += band[k].ss;
-        all.sl += band[k].sl;
-        all.ll += band[k].ll;
-        all.n += band[k].n;
-    }
     if (all.n < LEAST_PIXELS)
         return false;
     // A short frame without any signal still says so: at least one count in all.

@@ -6,6 +6,8 @@
 // has confirmed, that frame was the wrong one: it is revoked.
 #define _GNU_SOURCE
 #include "acquire/run.h"
+#include "acquire/meter.h"
+#include "acquire/steps.h"
 #include "core/mem.h"
 #include <math.h>
 #include <stdarg.h>
@@ -14,9 +16,8 @@
 #include <string.h>
 
 static const int64_t MARGIN_NS = 2000000000; // patience beyond what devices promise
-static const double METER_TARGET = 0.6;      // of full scale, the brightest pixels
 static const double SAME_MEASURE = 0.06;     // two attempts that say the same
-enum { MAX_REVOKES = 3, MAX_METER_SHOTS = 12, MAX_EXTRA_SETTLE = 3 };
+enum { MAX_REVOKES = 3, MAX_EXTRA_SETTLE = 3 };
 
 enum state {
     IDLE,
@@ -45,33 +46,19 @@ static const char *const state_names[] = {
     "ended",
 };
 
-struct item {
-    struct session_step step;
-    enum { TODO, KEEPING, GOOD } state;
-    int attempts, revokes, agreed;
-    int id;                // of the good frame
-    int64_t last_measured; // of the last attempt that the pixels disagreed with
-    bool was_changed;      // the last attempt came right after a change of settings
-    bool was_wrong;
-};
-
 struct run {
     const struct plan *plan;
     const struct rig *rig;
     const struct cam_caps *caps;
     int64_t filter_settle_ns;
-
-    struct plan_group *group;
-    int n_groups, n_items;
-    struct item *item; // [n_items], owned
-    int cursor;        // the step shot last, or the next one
+    struct steps steps;
 
     enum state state;
-    struct session_step meter; // what is metered; exposure_ns 0: nothing
-    int meter_shots;
-    int current;   // item being shot; -1: metering
-    int filter_at; // -1: not known
-    uint32_t lit;  // mask asked for
+    struct meter meter;
+    struct session_step meter_step; // as a step, for the way of a shot
+    int current;                    // item being shot; -1: metering
+    int filter_at;                  // -1: not known
+    uint32_t lit;                   // mask asked for
     int64_t lit_ns, rest_until_ns;
     int64_t light_on_at_ns, light_off_at_ns; // negative lead and lag: inside the exposure; 0: no
     int64_t deadline_ns, timer_ns;
@@ -89,7 +76,7 @@ struct run {
 
 const struct session_step *run_step(const struct run *r, int index)
 {
-    return index >= 0 && index < r->n_items ? &r->item[index].step : NULL;
+    return index >= 0 && index < r->steps.n ? &r->steps.item[index].step : NULL;
 }
 bool run_ended(const struct run *r)
 {
@@ -99,13 +86,9 @@ const char *run_state_name(const struct run *r)
 {
     return state_names[r->state];
 }
-
 void run_progress(const struct run *r, int *done, int *planned)
 {
-    *done = 0;
-    *planned = r->n_items;
-    for (int k = 0; k < r->n_items; k++)
-        *done += r->item[k].state == GOOD;
+    steps_progress(&r->steps, done, planned);
 }
 
 struct run *run_new(const struct plan *plan, const struct rig *rig, const struct cam_caps *caps,
@@ -119,11 +102,7 @@ struct run *run_new(const struct plan *plan, const struct rig *rig, const struct
                       .filter_settle_ns = filter_settle_ns,
                       .filter_at = -1,
                       .current = -1};
-    r->n_groups = plan_groups(plan, rig, &r->group);
-    r->item = xcalloc((size_t)n_steps + 1, sizeof *r->item);
-    for (; r->n_items < n_steps; r->n_items++)
-        r->item[r->n_items] =
-            (struct item){.step = step[r->n_items], .state = done[r->n_items] ? GOOD : TODO};
+    steps_init(&r->steps, plan, rig, caps, step, done, n_steps);
     return r;
 }
 
@@ -131,8 +110,7 @@ void run_free(struct run *r)
 {
     if (!r)
         return;
-    free(r->group);
-    free(r->item);
+    steps_finish(&r->steps);
     free(r);
 }
 
@@ -161,7 +139,7 @@ static void light(struct run *r, uint32_t mask, struct run_output *out)
 
 static const struct session_step *target(const struct run *r)
 {
-    return r->current < 0 ? &r->meter : &r->item[r->current].step;
+    return r->current < 0 ? &r->meter_step : &r->steps.item[r->current].step;
 }
 
 static const struct rig_light *target_light(const struct run *r)
@@ -193,121 +171,45 @@ static void end(struct run *r, struct run_output *out)
     r->state = ENDED;
 }
 
-// --- what to shoot next ---
-
-static int next_in_group(const struct run *r, int group, bool *busy)
-{
-    int first = -1, after = -1;
-    *busy = false;
-    for (int k = 0; k < r->n_items; k++) {
-        const struct item *t = &r->item[k];
-        if (t->step.group != group)
-            continue;
-        *busy |= t->state == KEEPING;
-        if (t->state != TODO)
-            continue;
-        if (first < 0)
-            first = k;
-        if (after < 0 && k >= r->cursor)
-            after = k;
-    }
-    return after >= 0 ? after : first;
-}
-
-// The next open step, -1 when there is none; *busy: verdicts that may reopen steps are due first.
-static int next_item(const struct run *r, bool *busy)
-{
-    *busy = false;
-    if (r->cursor < r->n_items) {
-        const int k = next_in_group(r, r->item[r->cursor].step.group, busy);
-        if (k >= 0 || *busy)
-            return k;
-    }
-    for (int k = 0; k < r->n_items; k++)
-        if (r->item[k].state == TODO)
-            return k;
-    return -1;
-}
-
-static const struct plan_group *unplanned(const struct run *r)
-{
-    for (int g = 0; g < r->n_groups; g++) {
-        bool has = false;
-        for (int k = 0; k < r->n_items && !has; k++)
-            has = r->item[k].step.group == g;
-        if (!has)
-            return &r->group[g];
-    }
-    return NULL;
-}
-
-static void add_group(struct run *r, const struct plan_group *g, const int64_t *exposure_ns, int n,
-                      struct run_output *out)
-{
-    struct session_step *step;
-    const int first = r->n_items;
-    const int count = plan_steps(r->plan, r->rig, g, exposure_ns, n, r->caps, first, &step);
-    r->item = xrealloc(r->item, (size_t)(first + count) + 1, sizeof *r->item);
-    for (int k = 0; k < count; k++)
-        r->item[r->n_items++] = (struct item){.step = step[k]};
-    free(step);
-    struct run_action *last = out->n ? &out->action[out->n - 1] : NULL;
-    if (!last || last->kind != RUN_DO_PLAN) {
-        last = act(out, RUN_DO_PLAN);
-        last->step = first;
-    }
-    last->n += count;
-    last->last = !unplanned(r);
-}
-
-static int by_time(const void *a, const void *b)
-{
-    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
-    return (x > y) - (x < y);
-}
-
-// Dark frames are of every exposure that was planned.
-static void add_darks(struct run *r, const struct plan_group *g, struct run_output *out)
-{
-    int64_t *ns = xcalloc((size_t)r->n_items + 1, sizeof *ns);
-    int n = 0;
-    for (int k = 0; k < r->n_items; k++)
-        ns[k] = r->item[k].step.exposure_ns;
-    qsort(ns, (size_t)r->n_items, sizeof *ns, by_time);
-    for (int k = 0; k < r->n_items; k++)
-        if (!n || ns[k] != ns[n - 1])
-            ns[n++] = ns[k];
-    add_group(r, g, ns, n, out);
-    free(ns);
-}
-
 static void start_metering(struct run *r, const struct plan_group *g)
 {
     struct session_step *step;
     plan_steps(r->plan, r->rig, g, &r->plan->meter_ns, 1, r->caps, 0, &step);
-    r->meter = step[0];
-    r->meter.kind = SESSION_METER;
-    r->meter_shots = 0;
+    r->meter = (struct meter){.exposure_ns = step[0].exposure_ns};
+    r->meter_step = step[0];
+    r->meter_step.kind = SESSION_METER;
     free(step);
+}
+
+// Tells that steps from `first` on are new.
+static void planned(struct run *r, int first, struct run_output *out)
+{
+    struct run_action *a = act(out, RUN_DO_PLAN);
+    a->step = first;
+    a->n = r->steps.n - first;
+    a->last = !steps_unplanned(&r->steps);
 }
 
 // Plans every group whose exposures are known. True when the next one must be metered first.
 static bool plan_groups_to_come(struct run *r, struct run_output *out)
 {
-    for (const struct plan_group *g; (g = unplanned(r));) {
+    const int first = r->steps.n;
+    const struct plan_group *g;
+    bool must_meter = false;
+    while (!must_meter && (g = steps_unplanned(&r->steps))) {
         if (r->plan->n_exposures)
-            add_group(r, g, r->plan->exposure_ns, r->plan->n_exposures, out);
+            steps_add(&r->steps, g, r->plan->exposure_ns, r->plan->n_exposures);
         else if (g->kind == SESSION_DARK)
-            add_darks(r, g, out);
+            steps_add_darks(&r->steps, g);
         else {
             start_metering(r, g);
-            return true;
+            must_meter = true;
         }
     }
-    return false;
+    if (r->steps.n > first)
+        planned(r, first, out);
+    return must_meter;
 }
-
-// --- one shot ---
 
 static void shoot(struct run *r, int64_t now, struct run_output *out)
 {
@@ -358,7 +260,7 @@ static void begin(struct run *r, int item, int64_t now, struct run_output *out)
 {
     r->current = item;
     if (item >= 0)
-        r->cursor = item;
+        r->steps.cursor = item;
     const struct session_step *t = target(r);
     r->changed = !same_settings(r, t);
     r->settle_left = r->changed ? r->caps->settle + r->extra_settle : 0;
@@ -388,22 +290,15 @@ static void advance(struct run *r, int64_t now, struct run_output *out)
     }
     if (r->metering || r->keeping >= (r->careful ? 1 : RUN_KEEPING))
         return;
-    const int k = r->meter.exposure_ns ? -1 : next_item(r, &busy);
-    if (k >= 0) {
-        begin(r, k, now, out);
+    int k = r->meter.exposure_ns ? -1 : steps_next(&r->steps, &busy);
+    if (k < 0 && (busy || r->keeping))
         return;
-    }
-    if (busy || r->keeping)
-        return;
-    if (r->meter.exposure_ns || plan_groups_to_come(r, out))
-        begin(r, -1, now, out);
-    else if ((busy = next_item(r, &busy) >= 0))
-        begin(r, next_item(r, &busy), now, out);
-    else
+    if (k < 0 && !r->meter.exposure_ns && !plan_groups_to_come(r, out) &&
+        (k = steps_next(&r->steps, &busy)) < 0)
         end(r, out);
+    else
+        begin(r, k, now, out);
 }
-
-// --- events ---
 
 static void filter_moved(struct run *r, int64_t now, struct run_output *out)
 {
@@ -419,8 +314,8 @@ static void keep(struct run *r, int64_t now, struct run_output *out)
         act(out, RUN_DO_METER);
         r->metering = true;
     } else {
-        struct item *t = &r->item[r->current];
-        t->state = KEEPING;
+        struct item *t = &r->steps.item[r->current];
+        t->state = STEP_KEEPING;
         t->attempts++;
         t->was_changed = r->changed && !r->caps->settle && !r->extra_settle;
         r->keeping++;
@@ -474,7 +369,7 @@ static void give_up(struct run *r, const struct session_step *t, int times, cons
 static void no_frame(struct run *r, int64_t now, struct run_output *out)
 {
     const struct session_step *t = target(r);
-    int *attempts = r->current < 0 ? &r->meter_shots : &r->item[r->current].attempts;
+    int *attempts = r->current < 0 ? &r->meter.shots : &r->steps.item[r->current].attempts;
     note(out, "no frame for shot %llu of step %d", (unsigned long long)r->shot.id,
          r->current < 0 ? -1 : t->index);
     if (r->lit)
@@ -559,23 +454,15 @@ static void frame_came(struct run *r, const struct run_event *ev, struct run_out
     }
 }
 
-static int item_of_frame(const struct run *r, int id)
-{
-    for (int k = 0; id && k < r->n_items; k++)
-        if (r->item[k].state == GOOD && r->item[k].id == id)
-            return k;
-    return -1;
-}
-
 static void kept_good(struct run *r, struct item *t, const struct run_event *ev,
                       struct run_output *out)
 {
-    const int other = item_of_frame(r, ev->against);
-    t->state = GOOD;
+    const int other = steps_of_frame(&r->steps, ev->against);
+    t->state = STEP_GOOD;
     t->id = ev->id;
     t->agreed = other >= 0;
     if (other >= 0)
-        r->item[other].agreed++;
+        r->steps.item[other].agreed++;
     // Wrong right after a change, then right with the same settings: they come into force late.
     if (t->was_wrong && !t->was_changed && ++r->late >= 2 && r->extra_settle < MAX_EXTRA_SETTLE) {
         r->extra_settle++;
@@ -585,40 +472,48 @@ static void kept_good(struct run *r, struct item *t, const struct run_event *ev,
     }
 }
 
+static void revoke(struct run *r, int step, const struct run_event *ev, struct run_output *out)
+{
+    struct item *t = &r->steps.item[step];
+    struct run_action *a = act(out, RUN_DO_REVOKE);
+    a->id = ev->against;
+    snprintf(a->text, sizeof a->text, "shots of step %d agree with each other, not with it",
+             ev->step);
+    t->state = STEP_OPEN;
+    t->attempts = 0;
+    t->revokes++;
+}
+
 static void kept_bad(struct run *r, struct item *t, const struct run_event *ev,
                      struct run_output *out)
 {
-    const int other = item_of_frame(r, ev->against);
+    const int other = steps_of_frame(&r->steps, ev->against);
     const bool wrong =
         !strcmp(ev->verdict, "wrong-light") || !strcmp(ev->verdict, "wrong-exposure");
-    t->state = TODO;
+    t->state = STEP_OPEN;
     t->was_wrong = wrong && t->was_changed;
-    r->cursor = ev->step;
+    r->steps.cursor = ev->step;
     r->careful = true;
     if (!strcmp(ev->verdict, "same-filter"))
         r->filter_at = -1; // send it again
     const bool again = ev->measured_ns && t->last_measured &&
                        fabs((double)ev->measured_ns / (double)t->last_measured - 1) < SAME_MEASURE;
     t->last_measured = wrong ? ev->measured_ns : 0;
-    if (wrong && again && other >= 0 && !r->item[other].agreed &&
-        r->item[other].revokes < MAX_REVOKES) {
-        struct run_action *a = act(out, RUN_DO_REVOKE);
-        a->id = ev->against;
-        snprintf(a->text, sizeof a->text, "two shots of step %d agree with each other, not with it",
-                 ev->step);
-        r->item[other].state = TODO;
-        r->item[other].attempts = 0;
-        r->item[other].revokes++;
+    const bool unconfirmed = wrong && other >= 0 && !r->steps.item[other].agreed;
+    if (unconfirmed && again && r->steps.item[other].revokes < MAX_REVOKES) {
+        revoke(r, other, ev, out);
         t->attempts = 0;
         t->last_measured = 0;
     } else if (t->attempts > r->plan->retries) {
+        if (unconfirmed)
+            revoke(r, other, ev, out); // one of the two is wrong, and nothing tells which
         give_up(r, &t->step, t->attempts, ev->verdict, ev->reason ? ev->reason : "", out);
     }
 }
 
 static void kept(struct run *r, const struct run_event *ev, struct run_output *out)
 {
-    struct item *t = &r->item[ev->step];
+    struct item *t = &r->steps.item[ev->step];
     r->keeping--;
     if (!strcmp(ev->verdict, "good"))
         kept_good(r, t, ev, out);
@@ -628,47 +523,29 @@ static void kept(struct run *r, const struct run_event *ev, struct run_output *o
         advance(r, ev->now_ns, out);
 }
 
-// Automatic bracket: the brightest pixels decide the shortest exposure, which lies on a grid of
-// steps from the first guess, so that brackets share their dark frames.
 static void metered(struct run *r, const struct run_event *ev, struct run_output *out)
 {
-    const int64_t ns = r->meter.exposure_ns;
-    const struct plan_group *g = unplanned(r);
-    r->metering = false;
-    if (r->failed || !g) {
-        advance(r, ev->now_ns, out);
-        return;
-    }
-    const bool too_bright = ev->saturated > 1e-4 || ev->bright > 0.95;
-    const bool too_dark = !too_bright && ev->bright < 0.05;
-    int64_t better = ns;
-    if (too_bright)
-        better = plan_round(r->caps, ns / 8);
-    else if (too_dark)
-        better = plan_round(r->caps, ns * 8);
-    const int light_index = rig_light_index(r->rig, r->meter.light);
-    const struct rig_light *l = light_index < 0 ? NULL : &r->rig->light[light_index];
-    const bool too_long = l && plan_on_ns(r->caps, l, better) > llround(l->max_on_s * 1e9);
-    if (better != ns && !too_long && ++r->meter_shots < MAX_METER_SHOTS) {
-        r->meter.exposure_ns = better;
-        advance(r, ev->now_ns, out);
-        return;
-    }
-    const double first_ns = (double)ns * (too_bright ? 0.5 : METER_TARGET / fmax(ev->bright, 0.01));
-    const double stops = log2(first_ns / (double)r->plan->meter_ns) / r->plan->step_stops;
-    const double on_grid =
-        (double)r->plan->meter_ns * exp2(floor(stops + 1e-6) * r->plan->step_stops);
+    const struct plan_group *g = steps_unplanned(&r->steps);
     int64_t exposure_ns[PLAN_MAX_EXPOSURES];
-    const int n = plan_bracket(r->plan, r->caps, l, llround(fmax(on_grid, 1000)), exposure_ns);
-    r->meter.exposure_ns = 0;
-    if (n) {
-        add_group(r, g, exposure_ns, n, out);
-    } else {
+    int n;
+    r->metering = false;
+    if (!r->failed && g &&
+        meter_look(&r->meter, r->plan, r->caps, target_light(r), ev->saturated, ev->bright,
+                   exposure_ns, &n) == METER_DONE) {
+        const int first = r->steps.n;
         struct err e;
-        err_set(&e, ERR_DATA, "metering through '%s' found no exposure that camera and light allow",
-                r->meter.filter);
-        fail(r, &e, out);
+        if (n) {
+            steps_add(&r->steps, g, exposure_ns, n);
+            planned(r, first, out);
+        } else {
+            err_set(&e, ERR_DATA,
+                    "metering through '%s' found no exposure that camera and light "
+                    "allow",
+                    r->meter_step.filter);
+            fail(r, &e, out);
+        }
     }
+    r->meter_step.exposure_ns = r->meter.exposure_ns;
     advance(r, ev->now_ns, out);
 }
 
