@@ -3,8 +3,6 @@
 #include "calib/response.h"
 #include <stddef.h>
 
-enum { BRACKET_MAX = 64 }; // frames
-
 struct bracket_pixels {
     int n, nc, count; // frames, channels, pixels
     uint8_t *code;    // [count][nc][n], owned

@@ -21,6 +21,8 @@ struct response {
 // Neither black nor saturated.
 bool response_code_ok(const struct response *r, int code);
 
+enum { BRACKET_MAX = 64 }; // frames
+
 // Frames of 8-bit codes of one scene, in any order of time.
 struct bracket {
     int n, w, h, nc;

@@ -98,10 +98,11 @@ struct hdr_noise exposure_noise(const struct hdr_frames *f)
     struct bin *bin = xcalloc(BINS, sizeof *bin);
     struct point *point = xcalloc((size_t)f->n * BINS, sizeof *point);
     int points = 0;
-    for (int j = 0; j < f->n; j++) { // each frame against the next shorter one
+    for (int j = 0; j < f->n; j++) { // each frame against the next shorter one, or its like
         int below = -1;
         for (int k = 0; k < f->n; k++)
-            if (f->time_s[k] < f->time_s[j] && (below < 0 || f->time_s[k] > f->time_s[below]))
+            if ((f->time_s[k] < f->time_s[j] || (k < j && f->time_s[k] == f->time_s[j])) &&
+                (below < 0 || f->time_s[k] > f->time_s[below]))
                 below = k;
         if (below >= 0)
             add_pair(f, below, j, top, bin, point, &points);

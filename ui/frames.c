@@ -14,6 +14,7 @@ void frames_finish(struct frames *f)
     for (int k = 0; k < f->n; k++) {
         free(f->code ? f->code[k] : NULL);
         free(f->px ? f->px[k] : NULL);
+        free(f->path[k]);
     }
     free(f->code);
     free(f->px);
@@ -23,35 +24,13 @@ void frames_finish(struct frames *f)
     *f = (struct frames){0};
 }
 
-// Counts of a sensor's mosaic above the black level of their site.
-static void remove_black(struct image *im)
-{
-    const struct meta_item *black = meta_find(&im->meta, "nacre.black");
-    if (!black || black->n != 4)
-        return;
-    for (int j = 0; j < im->h; j++)
-        for (int i = 0; i < im->w; i++)
-            im->px[(size_t)j * (size_t)im->w + (size_t)i] -= (float)black->num[j % 2 * 2 + i % 2];
-}
-
-static double largest_of(const double *v, int n)
-{
-    double top = v[0];
-    for (int k = 1; k < n; k++)
-        top = fmax(top, v[k]);
-    return top;
-}
-
 // Where the samples of a file end: a sensor's white level, full scale of 16 bits, else unknown.
-static double file_saturation(const struct image *im)
+static double file_white(const struct image *im)
 {
-    const struct meta_item *black = meta_find(&im->meta, "nacre.black");
     double white, encoded;
     if (meta_num(&im->meta, "nacre.white", &white))
-        return white - (black && black->n ? largest_of(black->num, black->n) : 0);
-    if (meta_num(&im->meta, "nacre.encoded", &encoded))
-        return 1 - 0.5 / 65535;
-    return INFINITY;
+        return white;
+    return meta_num(&im->meta, "nacre.encoded", &encoded) ? 1 - 0.5 / 65535 : INFINITY;
 }
 
 // Only one channel or R, G, B are frames; alpha and others are left out.
@@ -74,10 +53,10 @@ static bool keep_colours(struct image *im, const char *path, struct err *e)
     return true;
 }
 
-static bool take(struct frames *f, struct image *im, struct err *e)
+// One frame; `path` becomes the frames' own.
+static bool take(struct frames *f, struct image *im, const char *path, struct err *e)
 {
     const int k = f->n;
-    const char *path = f->path[k];
     double encoded = 0;
     const bool is_code = meta_num(&im->meta, "nacre.encoded", &encoded) && encoded > 0;
     if (!keep_colours(im, path, e) || !image_check_finite(im, path, e))
@@ -86,8 +65,10 @@ static bool take(struct frames *f, struct image *im, struct err *e)
         f->w = im->w;
         f->h = im->h;
         f->nc = im->nc;
-        f->saturation = file_saturation(im);
+        f->white = file_white(im);
         meta_copy(&f->meta, &im->meta);
+        record_init(&f->now, "", "", NAN, "");
+        record_from_image(&f->now, im);
     }
     if (im->w != f->w || im->h != f->h)
         return err_set(e, ERR_DATA, "%s: is %d x %d pixels, but %s is %d x %d", path, im->w, im->h,
@@ -95,22 +76,23 @@ static bool take(struct frames *f, struct image *im, struct err *e)
     if (im->nc != f->nc || (k && is_code != (f->code[0] != NULL)))
         return err_set(e, ERR_DATA, "%s: is of another kind than %s (channels or bits)", path,
                        f->path[0]);
-    remove_black(im);
-    f->n++;
+    const size_t n = (size_t)im->w * (size_t)im->h * (size_t)im->nc;
+    uint8_t *code = is_code ? sample_alloc(n, 1, path, e) : NULL;
+    if (is_code && !code)
+        return false;
+    for (size_t i = 0; code && i < n; i++)
+        code[i] = (uint8_t)lrintf(im->px[i] * 255);
+    f->path[k] = xstrdup(path);
+    f->code[k] = code;
+    f->px[k] = is_code ? NULL : im->px;
+    if (!is_code)
+        im->px = NULL;
+    f->printed_times |= is_code;
+    f->white = fmin(f->white, file_white(im));
     if (!meta_num(&im->meta, "expTime", &f->time_s[k]))
         f->time_s[k] = NAN;
-    f->saturation = fmin(f->saturation, file_saturation(im));
-    const size_t n = (size_t)im->w * (size_t)im->h * (size_t)im->nc;
-    if (!is_code) {
-        f->px[k] = im->px;
-        im->px = NULL;
-        return true;
-    }
-    f->printed_times = true;
-    f->code[k] = sample_alloc(n, 1, path, e);
-    for (size_t i = 0; f->code[k] && i < n; i++)
-        f->code[k][i] = (uint8_t)lrintf(im->px[i] * 255);
-    return f->code[k] != NULL;
+    f->n++;
+    return true;
 }
 
 // Files without a stated white level: when the two longest exposures end at the very same sample,
@@ -135,7 +117,7 @@ static double plateau(const struct frames *f)
     return frames > 1 || count > 8 ? (double)top : INFINITY;
 }
 
-bool frames_read(struct frames *f, int n, char **path, struct err *e)
+bool frames_read(struct frames *f, int n, char *const *path, struct err *e)
 {
     if (n < 2)
         return err_set(e, ERR_DATA, "%s: one frame is not a bracket: give two or more", path[0]);
@@ -150,15 +132,50 @@ bool frames_read(struct frames *f, int n, char **path, struct err *e)
     bool ok = true;
     for (int k = 0; ok && k < n; k++) {
         struct image im = {0};
-        f->path[k] = path[k];
-        ok = image_read(&im, path[k], e) && take(f, &im, e);
+        ok = image_read(&im, path[k], e) && take(f, &im, path[k], e);
         image_finish(&im);
         progress_step(&p, 1);
     }
     progress_end(&p);
-    if (ok && f->px[0] && isinf(f->saturation))
-        f->saturation = plateau(f);
+    if (ok && f->px[0] && isinf(f->white))
+        f->white = plateau(f);
     if (!ok)
         frames_finish(f);
     return ok;
+}
+
+static bool dark_fits(const struct frames *f, const struct dark *d, const char *name, struct err *e)
+{
+    struct record now = f->now;
+    now.aperture = now.focus_per_m = now.distance_m = NAN; // the lens is no part of it
+    *now.lens = 0;
+    if (f->nc != 1)
+        return err_set(e, ERR_DATA,
+                       "%s: a dark is for the counts of a sensor, %s is a picture of %d "
+                       "channels",
+                       name, f->path[0], f->nc);
+    return record_fits(&d->head, name, &now, e);
+}
+
+bool frames_remove_black(struct frames *f, const struct dark *d, const char *name, struct err *e)
+{
+    const struct meta_item *item = meta_find(&f->meta, "nacre.black");
+    const size_t n = (size_t)f->w * (size_t)f->h * (size_t)f->nc;
+    double level[4] = {0}, most = 0;
+    if (d && !dark_fits(f, d, name, e))
+        return false;
+    for (int k = 0; k < 4 && item && item->n == 4; k++)
+        level[k] = item->num[k];
+    for (int k = 0; k < f->n; k++)
+        for (size_t i = 0; i < n; i++) {
+            const size_t pixel = i / (size_t)f->nc, row = pixel / (size_t)f->w;
+            const double black =
+                d ? dark_at(d, pixel, f->time_s[k]) : level[row % 2 * 2 + pixel % (size_t)f->w % 2];
+            f->px[k][i] -= (float)black;
+            if (!d || !d->hot[pixel])
+                most = fmax(most, black);
+        }
+    f->saturation = f->white - most;
+    f->read_extra = d ? dark_variance(d) : 0;
+    return true;
 }

@@ -1,0 +1,31 @@
+// bokeh_record.h - what a photograph of a known blazed grating says about bokeh photographs.
+//
+// How a picture becomes heights, with one record for both sides:
+//   1. the channel named here, its disc found anew (calib/disc.h), divided by the smooth light
+//   inside
+//      it, so that the disc's mean is 1;
+//   2. Richardson-Lucy with a Gaussian of sigma_px, `iterations` rounds, in sensor pixels;
+//   3. turned clockwise by turn_rad: the sensor shows the sample turned counter-clockwise by it
+//      (as a viewer of the picture sees it, row 0 on top);
+//   4. height = gain_m * (I - offset) metres: dark is deep; a node every m_per_px.
+#pragma once
+#include "calib/record.h"
+
+struct bokeh_record {
+    struct record head;
+    char channel[8];                // "B", "G", "R" or "Y"
+    double lines_per_m, blaze_rad;  // of the grating
+    double cx_px, cy_px, radius_px; // of the disc
+    double turn_rad;
+    double lines;                    // periods across the disc's diameter
+    double m_per_px, m_per_px_sigma; // on the sample; one standard deviation
+    double sigma_px;                 // of the PSF
+    int iterations;                  // of Richardson-Lucy
+    double gain_m, offset;
+    double rmse; // of the grating's profile, relative to its height
+};
+
+bool bokeh_record_write(const struct bokeh_record *b, const char *command, const char *path,
+                        struct err *e);
+// ERR_FILE: cannot be opened; ERR_DATA: not such a record, a value out of range.
+bool bokeh_record_read(struct bokeh_record *b, const char *path, struct err *e);

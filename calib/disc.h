@@ -1,0 +1,28 @@
+// disc.h - the bright disc of a defocused highlight: where it is, and its light made even.
+#pragma once
+#include "calib/poly.h"
+#include "core/image.h"
+
+struct disc {
+    double cx_px, cy_px, radius_px;
+    double residual_px; // rms distance of the rim's points from the circle
+};
+
+// One channel. The rim is where rays from the middle cross half the level inside, sub-pixel,
+// through a robust circle. ERR_DATA with the measured numbers: no disc, two discs, cut by the
+// frame, saturated (more than 1 % of it at the largest sample), not round.
+bool disc_find(struct disc *d, const float *px, int w, int h, struct err *e);
+
+// The smooth light inside the disc, a polynomial of degree 4 in (x, y) fitted within 0.97 of the
+// radius, scaled so that its mean there is 1; then px / (mean level * light) has the mean 1.
+struct disc_light {
+    struct disc disc;
+    double level;            // mean of the samples
+    double term[POLY_TERMS]; // x and y in radii
+};
+bool disc_light_fit(struct disc_light *l, const struct disc *d, const float *px, int w, int h,
+                    struct err *e);
+double disc_light_at(const struct disc_light *l, double i, double j); // samples of even reflectance
+
+// px / light within the radius; 1 outside, so that the picture has no step at the rim.
+void disc_flatten(const struct disc_light *l, const float *px, int w, int h, float *out);

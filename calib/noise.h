@@ -1,0 +1,38 @@
+// noise.h - photon transfer: how the noise of a sensor grows with the signal.
+//
+// variance = read^2 + gain * signal per pixel, in counts (signal above black), and PRNU: the rms of
+// the pixels' sensitivities. From pairs of frames of the same exposure: half the squared difference
+// is the variance whatever the scene; what the two have in common from pixel to pixel is PRNU.
+#pragma once
+#include "calib/record.h"
+#include <stdint.h>
+
+struct noise {
+    struct record head;
+    double gain, gain_sigma; // counts per electron
+    double read, read_sigma; // counts rms
+    double prnu, prnu_sigma; // relative; NAN: the scene hides it
+    double black, white;     // counts; white is where pixels saturate
+    int pairs;
+    long samples;
+};
+
+enum { NOISE_BINS = 64 };
+struct noise_sums { // fill by noise_add, zeroed at first but for black and white
+    double black, white;
+    int pairs;
+    struct noise_bin {
+        double n, level, square; // sums of pixels, of signals, of half squared differences
+        double common;           // sum of products of the two frames' high-passed pixels
+    } bin[NOISE_BINS];
+    double model[2]; // read^2 and gain of the round before; 0, 0: nothing is left out
+};
+
+// A pair of equal exposures; hot[h][w] or NULL marks pixels to leave out.
+void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8_t *hot, int w,
+               int h);
+// ERR_DATA: no pair; all black; all saturated; fewer than 3 levels of signal.
+bool noise_end(const struct noise_sums *s, struct noise *out, struct err *e);
+
+bool noise_write(const struct noise *n, const char *command, const char *path, struct err *e);
+bool noise_read(struct noise *n, const char *path, struct err *e);
