@@ -57,29 +57,86 @@ static void chain(const double *ratio, const int *at, int n, double *log_scale)
         log_scale[k] -= mean;
 }
 
-// Sums of both frames over the shared samples of one row. A sample is chosen by the sum of the two:
-// given the sum, the split of photons between them is binomial, so the choice has no bias.
+// Sums over the shared samples of one row, b of the longer frame and s = a + b of both. A sample is
+// chosen by s: given s, the split of photons between the frames is binomial, so the choice has no
+// bias. Samples that disagree by more than noise and `slack` (blooming, something that moved) are
+// left out.
 struct split {
-    double a, b;
-    long n;
+    double n, b, s, b_over_s, one_over_s;
 };
 
+enum { SIGMAS = 6 };
+
 static struct split split_row(const struct hdr_frames *f, int short_at, int long_at, int row,
-                              double top)
+                              double top, double ratio, double slack)
 {
     const size_t m = (size_t)f->w * (size_t)f->nc, from = (size_t)row * m;
     const float *a = f->px[short_at] + from, *b = f->px[long_at] + from;
-    const double share = f->time_s[long_at] / (f->time_s[long_at] + f->time_s[short_at]);
-    struct split s = {0};
+    const double share = ratio / (1 + ratio);
+    struct split sum = {0};
     for (size_t k = 0; k < m; k++) {
-        const double both = (double)a[k] + (double)b[k], expected = share * both;
-        if (expected > 0.1 * top && expected < 0.85 * top && (double)b[k] < f->saturation) {
-            s.a += (double)a[k];
-            s.b += (double)b[k];
-            s.n++;
+        const double xa = (double)a[k], xb = (double)b[k], s = xa + xb, expected = share * s;
+        const double variance =
+            (1 + ratio) * f->noise.gain * expected + (1 + ratio * ratio) * f->noise.read;
+        const double off = fabs(xb - ratio * xa) - slack * expected;
+        if (expected > 0.1 * top && expected < 0.85 * top && xb < f->saturation &&
+            (off <= 0 || off * off <= SIGMAS * SIGMAS * variance)) {
+            sum.n++;
+            sum.b += xb;
+            sum.s += s;
+            sum.b_over_s += xb / s;
+            sum.one_over_s += 1 / s;
         }
     }
-    return s;
+    return sum;
+}
+
+// b = share * s + offset by least squares, weights 1 / s as photons have it. The offset is what the
+// black levels are wrong by: known to be 0 within a quarter of the read noise.
+static double share_of(const struct split *all, const struct hdr_frames *f, double ratio,
+                       double *sigma)
+{
+    const double share = ratio / (1 + ratio), mean = all->s / all->n;
+    const double per_s =
+        share * (1 - share) * f->noise.gain + f->noise.read / mean; // variance of b
+    const double prior = per_s / (f->noise.read / 16);
+    const double corner = all->one_over_s + prior;
+    const double det = all->s * corner - all->n * all->n;
+    *sigma = sqrt(per_s * corner / det);
+    return (all->b * corner - all->n * all->b_over_s) / det;
+}
+
+// The measured ratio of two frames' exposures, log of it over the nominal one; false: too little.
+static bool measure_ratio(const struct hdr_frames *f, int short_at, int long_at, double top,
+                          struct split *row, double *log_ratio)
+{
+    static const double slack[] = {0.3, 0.03, 0}; // the light may have drifted by so much at first
+    const double nominal = f->time_s[long_at] / f->time_s[short_at];
+    double ratio = nominal, sigma = 0;
+    for (int round = 0; round < 3; round++) {
+        struct split all = {0};
+#pragma omp parallel for schedule(static)
+        for (int j = 0; j < f->h; j++)
+            row[j] = split_row(f, short_at, long_at, j, top, ratio, slack[round]);
+        for (int j = 0; j < f->h; j++) {
+            all.n += row[j].n;
+            all.b += row[j].b;
+            all.s += row[j].s;
+            all.b_over_s += row[j].b_over_s;
+            all.one_over_s += row[j].one_over_s;
+        }
+        if (all.n < SHARED_MIN)
+            return false;
+        const double share = share_of(&all, f, ratio, &sigma);
+        if (!(share > 0.01 && share < 0.999))
+            return false;
+        ratio = share / (1 - share);
+        sigma /= share * (1 - share); // of ln ratio
+    }
+    // What is no more than its own error is dropped, the rest hardly touched (James & Stein).
+    const double z = log(ratio / nominal) / sigma;
+    *log_ratio = log(ratio / nominal) * fmax(0, 1 - 1 / fmax(z * z, 1e-12));
+    return true;
 }
 
 static double largest(const struct hdr_frames *f)
@@ -100,21 +157,9 @@ void exposure_drift(const struct hdr_frames *f, double *log_scale, int *unlinked
     struct split *row = xcalloc((size_t)f->h, sizeof *row);
     order(f->time_s, f->n, at);
     *unlinked = 0;
-    for (int k = 1; k < f->n; k++) {
-#pragma omp parallel for schedule(static)
-        for (int j = 0; j < f->h; j++)
-            row[j] = split_row(f, at[k - 1], at[k], j, top);
-        struct split all = {0};
-        for (int j = 0; j < f->h; j++) {
-            all.a += row[j].a;
-            all.b += row[j].b;
-            all.n += row[j].n;
-        }
-        if (all.n >= SHARED_MIN && all.a > 0)
-            ratio[k] = log(all.b / all.a * f->time_s[at[k - 1]] / f->time_s[at[k]]);
-        else
+    for (int k = 1; k < f->n; k++)
+        if (!measure_ratio(f, at[k - 1], at[k], top, row, &ratio[k]))
             ++*unlinked;
-    }
     chain(ratio, at, f->n, log_scale);
     free(row);
 }

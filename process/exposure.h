@@ -11,7 +11,8 @@ bool exposure_same(const double *time_s, int n, int *a, int *b);
 
 // Light drift and shutter errors: the logarithm of each frame's true exposure over time_s, from
 // pixels that neighbouring frames (in time_s) share unsaturated; their mean is 0. Pairs that share
-// fewer than 100 samples keep their nominal ratio and are counted in *unlinked.
+// fewer than 100 samples keep their nominal ratio and are counted in *unlinked. f->noise must be
+// known.
 void exposure_drift(const struct hdr_frames *f, double *log_scale, int *unlinked);
 void exposure_drift_codes(const struct bracket *b, const struct response *r, double *log_scale,
                           int *unlinked);

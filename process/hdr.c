@@ -2,7 +2,8 @@
 //
 // Which frames see a pixel is decided from the shorter frames, never from the frame's own noise:
 // a frame counts when the shorter ones predict it to stay SIGMAS under saturation. Throwing away
-// those samples that happen to be high would bias the rest.
+// those samples that happen to be high would bias the rest. A sample that is far above what the
+// shorter frames predict is not light: charge has spilled into it from a saturated neighbour.
 #include "process/hdr.h"
 #include "calib/bracket.h"
 #include "core/mem.h"
@@ -11,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SIGMAS = 4, ROUNDS = 3 };
+enum { SIGMAS = 4, BLOOM_SIGMAS = 7, ROUNDS = 3 };
 
 const char hdr_methods[] = "poisson|debevec|robertson";
 
@@ -78,11 +79,13 @@ static struct estimate merge_pixel(const struct hdr_frames *f, enum hdr_method m
     int used = 0;
     for (int j = 0; j < f->n; j++) {
         use[j] = x[j] < f->saturation;
-        if (use[j] && used && isfinite(f->saturation)) {
+        if (use[j] && used) {
             const double ratio = f->time_s[j] / sum_t, predicted = sum_x * ratio;
             const double variance = variance_of(&f->noise, predicted) +
                                     ratio * ratio * (sum_read + f->noise.gain * fmax(sum_x, 0));
-            use[j] = predicted + SIGMAS * sqrt(variance) < f->saturation;
+            const double sigma = sqrt(variance);
+            use[j] = predicted + SIGMAS * sigma < f->saturation &&
+                     x[j] < 1.02 * predicted + BLOOM_SIGMAS * sigma;
         }
         if (!use[j])
             continue;

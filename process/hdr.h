@@ -41,5 +41,5 @@ bool hdr_merge(const struct hdr_frames *f, enum hdr_method method, struct image 
 bool hdr_merge_codes(const struct bracket *b, const struct response *r, enum hdr_method method,
                      struct image *out, struct hdr_counts *counts, struct err *e);
 
-// log2 of the ratio of the 99.9 and 0.1 percentiles of the measured samples above 0: stops.
+// log2 of the ratio of the 99.9 and 0.1 percentiles of the measured samples above their own noise.
 double hdr_range_stops(const struct image *merged);

@@ -55,7 +55,7 @@ double hdr_range_stops(const struct image *im)
     size_t m = 0;
     for (size_t k = 0; k < n; k++)
         for (size_t c = 0; im->px[k * step + step - 1] > 0 && c < nc; c++)
-            if (im->px[k * step + c] > 0)
+            if (im->px[k * step + c] > sqrtf(im->px[k * step + nc + c]))
                 v[m++] = im->px[k * step + c];
     qsort(v, m, sizeof *v, ascending);
     const double stops = m ? log2((double)v[(size_t)(0.999 * (double)(m - 1))] /

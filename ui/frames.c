@@ -157,6 +157,31 @@ static bool dark_fits(const struct frames *f, const struct dark *d, const char *
     return record_fits(&d->head, name, &now, e);
 }
 
+// Charge of a saturated pixel spills into its neighbours: in that frame they count as saturated
+// too.
+static void mask_spills(struct frames *f)
+{
+    const int w = f->w, h = f->h;
+    const float top = (float)f->saturation;
+    for (int k = 0; k < f->n && f->nc == 1; k++) {
+        float *px = f->px[k];
+        for (int j = 0; j < h; j++)
+            for (int i = 0; i < w; i++) {
+                float *p = px + (size_t)j * (size_t)w + (size_t)i;
+                if (*p < top || isinf(*p))
+                    continue;
+                if (i > 0 && p[-1] < top)
+                    p[-1] = INFINITY;
+                if (i < w - 1 && p[1] < top)
+                    p[1] = INFINITY;
+                if (j > 0 && p[-w] < top)
+                    p[-w] = INFINITY;
+                if (j < h - 1 && p[w] < top)
+                    p[w] = INFINITY;
+            }
+    }
+}
+
 bool frames_remove_black(struct frames *f, const struct dark *d, const char *name, struct err *e)
 {
     const struct meta_item *item = meta_find(&f->meta, "nacre.black");
@@ -176,6 +201,8 @@ bool frames_remove_black(struct frames *f, const struct dark *d, const char *nam
                 most = fmax(most, black);
         }
     f->saturation = f->white - most;
+    if (meta_find(&f->meta, "nacre.white"))
+        mask_spills(f);
     f->read_extra = d ? dark_variance(d) : 0;
     return true;
 }
