@@ -2,9 +2,17 @@
 #define _GNU_SOURCE
 #include "render/cpu.h"
 #include "core/log.h"
-#include <stddef.h>
+#include <stdlib.h>
 
-enum { RAYS = 8, LIGHT_POINTS = 32 };
+enum { RAYS = 8, RAYS_SURROUNDED = 2, LIGHT_POINTS = 32 };
+
+// What is traced, and how: the lights of the environment are few, or every one of its pixels.
+struct tracing {
+    const struct scene *scene;
+    bool integrate;
+    const struct surround_light *far;
+    int n_far;
+};
 
 // The light seen from its k-th of LIGHT_POINTS points: a spiral of equal areas over its disc, which
 // faces the point that is lit; `turn` rotates it from ray to ray.
@@ -24,69 +32,148 @@ static struct light light_point(const struct light *l, struct vec3 lit, int k, d
 }
 
 static void add_light(const struct scene *s, const struct material *m, const struct hit *hit,
-                      struct vec3 wo, const struct light *l, double share, double sum[3])
+                      struct vec3 wo, double diffracts, const struct light *l, double share,
+                      double sum[3])
 {
     struct vec3 wi;
     const double irradiance = share * light_at(l, hit->at_m, &wi);
     double out[3];
-    material_eval(m, frame_local(&hit->frame, wi), wo, s->light_color,
-                  mask_at(&m->mask, hit->s, hit->v), out);
+    material_eval(m, frame_local(&hit->frame, wi), wo, s->light_color, diffracts, out);
     for (int c = 0; c < 3; c++)
         sum[c] += irradiance * l->tint[c] * out[c];
 }
 
-static void trace(const struct scene *s, struct vec3 dir, bool integrate, double turn,
-                  double out[3])
+// One light of the environment: what the object's map and the harmonics leave to it.
+static void add_far(const struct object *o, const struct hit *hit, struct vec3 wo, double diffracts,
+                    const struct surround_light *l, double sum[3])
 {
-    struct hit hit = {.distance = INFINITY}, h;
-    const struct material *m = NULL;
-    for (int k = 0; k < s->n_objects; k++)
-        if (shape_hit(&s->object[k].shape, s->camera.eye_m, dir, &h) && h.distance < hit.distance) {
-            hit = h;
-            m = &s->object[k].material;
-        }
-    for (int c = 0; c < 3; c++)
-        out[c] = m ? 0 : s->background[c];
-    if (!m)
+    const struct material *m = &o->material;
+    const struct vec3 wi = frame_local(&hit->frame, l->to);
+    if (wi.z <= 0)
         return;
-    const struct vec3 wo = frame_local(&hit.frame, v3_scale(-1, v3_unit(dir)));
+    double pattern[3] = {0}, specular[3] = {0};
+    if (!o->seen.px && diffracts > 0)
+        material_diffraction(m, wi, wo, pattern);
+    if (material_has_specular(m))
+        material_specular(m, wi, wo, specular);
+    const double through = coat_through(m->coat_ior, wi.z);
+    for (int c = 0; c < 3; c++)
+        sum[c] += through * l->irradiance[c] * (diffracts * pattern[c] + specular[c]);
+}
+
+static void add_surround(const struct tracing *t, const struct object *o, const struct hit *hit,
+                         struct vec3 wo, double diffracts, double out[3])
+{
+    const struct surround *s = t->scene->surround;
+    const struct material *m = &o->material;
+    double sum[3] = {0}, diffuse[3], seen[3] = {0}, mirror[3];
+    if (material_has_specular(m) || !o->seen.px)
+        for (int k = 0; k < t->n_far; k++)
+            add_far(o, hit, wo, diffracts, &t->far[k], sum);
+    surround_irradiance(s, hit->frame.n, diffuse);
+    surround_radiance(s, frame_world(&hit->frame, v3(-wo.x, -wo.y, wo.z)), mirror);
+    if (o->seen.px && diffracts > 0)
+        surround_map_at(&o->seen, wo, seen);
+    const double through = coat_through(m->coat_ior, wo.z);
+    for (int c = 0; c < 3; c++)
+        out[c] +=
+            through * (sum[c] + through * diffracts * seen[c] +
+                       coat_through_diffuse(m->coat_ior) * m->diffuse[c] / M_PI * diffuse[c]) +
+            (1 - through) * mirror[c];
+}
+
+static const struct object *nearest(const struct scene *s, struct vec3 dir, struct hit *hit)
+{
+    const struct object *found = NULL;
+    struct hit h;
+    hit->distance = INFINITY;
+    for (int k = 0; k < s->n_objects; k++)
+        if (shape_hit(&s->object[k].shape, s->camera.eye_m, dir, &h) &&
+            h.distance < hit->distance) {
+            *hit = h;
+            found = &s->object[k];
+        }
+    return found;
+}
+
+static void shade(const struct tracing *t, const struct object *o, const struct hit *hit,
+                  struct vec3 wo, double turn, double out[3])
+{
+    const struct scene *s = t->scene;
+    const double diffracts = mask_at(&o->material.mask, hit->s, hit->v);
     for (int k = 0; k < s->n_lights; k++) {
         const struct light *l = &s->light[k];
-        const int points = integrate && l->radius_m > 0 ? LIGHT_POINTS : 1;
+        const int points = t->integrate && l->radius_m > 0 ? LIGHT_POINTS : 1;
         for (int p = 0; p < points; p++) {
-            const struct light point = points > 1 ? light_point(l, hit.at_m, p, turn) : *l;
-            add_light(s, m, &hit, wo, &point, 1.0 / points, out);
+            const struct light point = points > 1 ? light_point(l, hit->at_m, p, turn) : *l;
+            add_light(s, &o->material, hit, wo, diffracts, &point, 1.0 / points, out);
         }
+    }
+    if (s->surround)
+        add_surround(t, o, hit, wo, diffracts, out);
+}
+
+static void trace(const struct tracing *t, struct vec3 dir, double turn, double out[3])
+{
+    const struct scene *s = t->scene;
+    struct hit hit = {0};
+    const struct object *o = nearest(s, dir, &hit);
+    for (int c = 0; c < 3; c++)
+        out[c] = o ? 0 : s->background[c];
+    if (o) {
+        const struct vec3 wo = frame_local(&hit.frame, v3_scale(-1, v3_unit(dir)));
+        if (wo.z > 0)
+            shade(t, o, &hit, wo, turn, out);
+    } else if (s->surround && s->surround->shown) {
+        surround_radiance(s->surround, v3_unit(dir), out);
+    }
+}
+
+static void render_row(const struct tracing *t, int j, int rays, float *row)
+{
+    const struct scene *s = t->scene;
+    for (int i = 0; i < s->w; i++) {
+        double sum[3] = {0};
+        for (int k = 0; k < rays * rays; k++) {
+            const double x = i + (k % rays + .5) / rays - .5, y = j + (k / rays + .5) / rays - .5;
+            struct vec3 dir;
+            double one[3];
+            camera_ray(&s->camera, x, y, s->w, s->h, &dir);
+            trace(t, dir, k, one);
+            for (int c = 0; c < 3; c++)
+                sum[c] += one[c];
+        }
+        for (int c = 0; c < 3; c++)
+            row[3 * i + c] = (float)(sum[c] / (rays * rays));
     }
 }
 
 bool cpu_render(const struct scene *s, bool integrate, struct image *out, struct err *e)
 {
-    if (!image_init(out, s->w, s->h, 3, e))
+    struct tracing t = {.scene = s, .integrate = integrate};
+    struct surround_light *all = NULL;
+    if (s->surround) {
+        t.far = s->surround->light;
+        t.n_far = s->surround->n_lights;
+    }
+    if (s->surround && integrate) {
+        if (!surround_all(s->surround, &all, &t.n_far, e))
+            return false;
+        t.far = all;
+    }
+    if (!image_init(out, s->w, s->h, 3, e)) {
+        free(all);
         return false;
-    const int rays = integrate ? RAYS : 1;
+    }
+    const int rays = !integrate ? 1 : s->surround ? RAYS_SURROUNDED : RAYS;
     struct progress bar;
     progress_start(&bar, "rendering", s->h);
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < s->h; j++) {
-        for (int i = 0; i < s->w; i++) {
-            double sum[3] = {0};
-            for (int k = 0; k < rays * rays; k++) {
-                const double x = i + (k % rays + .5) / rays - .5,
-                             y = j + (k / rays + .5) / rays - .5;
-                struct vec3 dir;
-                double one[3];
-                camera_ray(&s->camera, x, y, s->w, s->h, &dir);
-                trace(s, dir, integrate, k, one);
-                for (int c = 0; c < 3; c++)
-                    sum[c] += one[c];
-            }
-            float *px = out->px + ((size_t)j * (size_t)s->w + (size_t)i) * 3;
-            for (int c = 0; c < 3; c++)
-                px[c] = (float)(sum[c] / (rays * rays));
-        }
+        render_row(&t, j, rays, out->px + (size_t)j * (size_t)s->w * 3);
         progress_step(&bar, 1);
     }
     progress_end(&bar);
+    free(all);
     return true;
 }

@@ -7,16 +7,18 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { KINDS = 4 }; // of diffraction
+enum { KINDS = 4, MAX_LIGHTS = SCENE_MAX_LIGHTS + SURROUND_LIGHTS }; // KINDS of diffraction
 
 struct gl_object {
     GLuint program[KINDS]; // 0: not needed so far
     struct gl_material material;
     GLuint vertices, buffer, index; // of a mesh
+    GLuint seen;
 };
 
 struct gl_renderer {
-    GLuint vertices, lights; // an empty vertex array; the buffer of lights
+    GLuint vertices, lights;   // an empty vertex array; the buffer of lights
+    GLuint surround, backdrop; // the environment's texture, the program of what is behind
     struct gl_object *object;
     int n;
 };
@@ -62,12 +64,40 @@ static GLuint program_of(struct gl_object *o, const struct object *from, struct 
     char defines[200];
     snprintf(defines, sizeof defines,
              "#define SHAPE %d\n#define DIFFRACTION %d\n#define CURVES %d\n#define MAX_LIGHTS %d\n",
-             (int)from->shape.kind, (int)m->diffraction, m->table.basis != TABLE_PLAIN,
-             SCENE_MAX_LIGHTS);
+             (int)from->shape.kind, (int)m->diffraction, m->table.basis != TABLE_PLAIN, MAX_LIGHTS);
     const bool mesh = from->shape.kind == SHAPE_MESH;
     const char *const vertex[] = {mesh ? shader_mesh : shader_screen, NULL};
-    const char *const fragment[] = {shader_shapes, shader_layers, shader_surface, NULL};
+    const char *const fragment[] = {shader_shapes,   shader_lights,  shader_layers,
+                                    shader_surround, shader_surface, NULL};
     return *p = gl_program(from->name, defines, vertex, fragment, e);
+}
+
+static GLuint float_texture(const struct image *im)
+{
+    const GLuint t = gl_texture(GL_TEXTURE_2D, GL_LINEAR);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, im->w, im->h, 0, GL_RGB, GL_FLOAT, im->px);
+    return t;
+}
+
+bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct err *e)
+{
+    glDeleteTextures(1, &r->surround);
+    r->surround = 0;
+    for (int k = 0; k < r->n; k++) {
+        glDeleteTextures(1, &r->object[k].seen);
+        r->object[k].seen = s->object[k].seen.px ? float_texture(&s->object[k].seen) : 0;
+    }
+    if (!s->surround)
+        return true;
+    r->surround = float_texture(&s->surround->env.map);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    if (!r->backdrop)
+        r->backdrop = gl_program("backdrop", "", (const char *const[]){shader_screen, NULL},
+                                 (const char *const[]){shader_surround, shader_backdrop, NULL}, e);
+    return r->backdrop &&
+           (glGetError() == GL_NO_ERROR ||
+            err_set(e, ERR_DEVICE, "the environment does not fit this OpenGL; use --backend cpu"));
 }
 
 bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct err *e)
@@ -86,6 +116,10 @@ bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct er
         if (s->object[k].shape.kind == SHAPE_MESH)
             upload_mesh(&r->object[k], &s->object[k].shape.mesh);
     }
+    if (!gl_renderer_surround(r, s, e)) {
+        gl_renderer_close(r);
+        return false;
+    }
     *out = r;
     return true;
 }
@@ -102,7 +136,10 @@ void gl_renderer_close(struct gl_renderer *r)
         glDeleteVertexArrays(1, &o->vertices);
         glDeleteBuffers(1, &o->buffer);
         glDeleteBuffers(1, &o->index);
+        glDeleteTextures(1, &o->seen);
     }
+    glDeleteTextures(1, &r->surround);
+    glDeleteProgram(r->backdrop);
     glDeleteVertexArrays(1, &r->vertices);
     glDeleteBuffers(1, &r->lights);
     free(r->object);
@@ -135,27 +172,69 @@ static void set_shape(GLuint p, const struct shape *s)
     gl_set1i(p, "fixed_tangent", s->fixed_tangent);
 }
 
+struct light_block {
+    float at[MAX_LIGHTS][4], power[MAX_LIGHTS][4];
+};
+
+static void put_light(struct light_block *b, int k, struct vec3 at, bool near, const double rgb[3])
+{
+    const double to[4] = {at.x, at.y, at.z, near};
+    for (int c = 0; c < 4; c++)
+        b->at[k][c] = (float)to[c];
+    for (int c = 0; c < 3; c++)
+        b->power[k][c] = (float)rgb[c];
+}
+
 // Lights in the shape's coordinates: floats are precise near the surface that they are used for.
 static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene *s,
                        const struct shape *shape)
 {
-    float data[2][SCENE_MAX_LIGHTS][4] = {0};
+    struct light_block b = {0};
     for (int k = 0; k < s->n_lights; k++) {
         const struct light *l = &s->light[k];
-        const struct vec3 v =
-            frame_local(&shape->frame, l->is_far ? l->at : v3_sub(l->at, shape->at_m));
-        data[0][k][0] = (float)v.x;
-        data[0][k][1] = (float)v.y;
-        data[0][k][2] = (float)v.z;
-        data[0][k][3] = l->is_far ? 0 : 1;
-        for (int c = 0; c < 3; c++)
-            data[1][k][c] = (float)(l->power * l->tint[c]);
+        const struct vec3 at = l->is_far ? l->at : v3_sub(l->at, shape->at_m);
+        const double rgb[3] = {l->power * l->tint[0], l->power * l->tint[1], l->power * l->tint[2]};
+        put_light(&b, k, frame_local(&shape->frame, at), !l->is_far, rgb);
     }
+    const struct surround *around = s->surround;
+    for (int k = 0; around && k < around->n_lights; k++)
+        put_light(&b, s->n_lights + k, frame_local(&shape->frame, around->light[k].to), false,
+                  around->light[k].irradiance);
     gl_set1i(p, "n_lights", s->n_lights);
+    gl_set1i(p, "n_surround", around ? around->n_lights : -1);
     glBindBuffer(GL_UNIFORM_BUFFER, r->lights);
-    glBufferData(GL_UNIFORM_BUFFER, sizeof data, data, GL_STREAM_DRAW);
+    glBufferData(GL_UNIFORM_BUFFER, sizeof b, &b, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->lights);
     glUniformBlockBinding(p, glGetUniformBlockIndex(p, "Lights"), 0);
+}
+
+static void set_surround(const struct gl_renderer *r, const struct gl_object *g, GLuint p,
+                         const struct scene *s, const struct object *o)
+{
+    const struct frame *f = &o->shape.frame;
+    const float world[9] = {(float)f->t.x, (float)f->t.y, (float)f->t.z,
+                            (float)f->b.x, (float)f->b.y, (float)f->b.z,
+                            (float)f->n.x, (float)f->n.y, (float)f->n.z};
+    float harmonic[SURROUND_TERMS][3] = {0};
+    for (int k = 0; k < 3 * SURROUND_TERMS && s->surround; k++)
+        harmonic[k / 3][k % 3] = (float)s->surround->irradiance[k / 3][k % 3];
+    glUniformMatrix3fv(glGetUniformLocation(p, "world"), 1, GL_FALSE, world);
+    glUniform3fv(glGetUniformLocation(p, "harmonic"), SURROUND_TERMS, harmonic[0]);
+    gl_set1f(p, "through_diffuse", coat_through_diffuse(o->material.coat_ior));
+    gl_set1i(p, "has_seen", g->seen != 0);
+    gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
+    gl_bind(p, "seen", 4, GL_TEXTURE_2D, g->seen);
+}
+
+static void draw_backdrop(const struct gl_renderer *r, const struct scene *s,
+                          const struct gl_target *t)
+{
+    static const struct shape world = {.frame = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    glUseProgram(r->backdrop);
+    set_camera(r->backdrop, &s->camera, &world, t->w, t->h);
+    gl_bind(r->backdrop, "surround", 3, GL_TEXTURE_2D, r->surround);
+    glBindVertexArray(r->vertices);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 static void cut_to_shape(const struct camera *c, const struct shape *s, int w, int h)
@@ -173,6 +252,7 @@ static void draw_object(struct gl_renderer *r, struct gl_object *g, const struct
     set_camera(p, &s->camera, &o->shape, t->w, t->h);
     set_shape(p, &o->shape);
     set_lights(r, p, s, &o->shape);
+    set_surround(r, g, p, s, o);
     gl_material_use(&g->material, p, &o->material, s->light_color);
     cut_to_shape(&s->camera, &o->shape, t->w, t->h);
     if (o->shape.kind == SHAPE_MESH) {
@@ -199,6 +279,8 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
     glDisable(GL_SCISSOR_TEST);
     glClearColor((float)s->background[0], (float)s->background[1], (float)s->background[2], 1);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    if (s->surround && s->surround->shown)
+        draw_backdrop(r, s, t);
     glEnable(GL_SCISSOR_TEST);
     glEnable(GL_DEPTH_TEST);
     for (int k = 0; k < r->n; k++)

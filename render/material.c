@@ -78,9 +78,10 @@ double mask_at(const struct mask *m, double s, double v)
     return (double)p->px[at * (size_t)p->nc];
 }
 
-// f cos_i of the diffraction: with G = (1 + wi.wo)^2 / (cos_i cos_o), cos_i drops out.
-static void diffraction(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
+// With G = (1 + wi.wo)^2 / (cos_i cos_o), cos_i drops out.
+void material_diffraction(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
 {
+    out[0] = out[1] = out[2] = 0;
     const struct vec3 h = v3_add(wi, wo);
     const double x = 1 + v3_dot(wi, wo);
     double weight = fresnel_schlick(m->r0, sqrt(x / 2)) * x * x / wo.z;
@@ -105,24 +106,43 @@ static void diffraction(const struct material *m, struct vec3 wi, struct vec3 wo
         out[c] *= weight * m->gain;
 }
 
+bool material_has_specular(const struct material *m)
+{
+    return m->specular[0] + m->specular[1] + m->specular[2] > 0;
+}
+
+void material_specular(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
+{
+    double cos_half;
+    const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half) * wi.z;
+    for (int c = 0; c < 3; c++)
+        out[c] = lobe * fresnel_schlick(m->specular[c], cos_half);
+}
+
+double coat_through(double ior, double cos_i)
+{
+    return 1 - fresnel_dielectric(ior, cos_i);
+}
+
+double coat_through_diffuse(double ior)
+{
+    return 1 - (ior - 1) / (4.08567 + 1.00071 * ior); // Egan and Hilgeman 1973
+}
+
 void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
                    double diffracts, double out[3])
 {
     out[0] = out[1] = out[2] = 0;
     if (!(wi.z > 0 && wo.z > 0))
         return;
+    double specular[3] = {0};
     if (diffracts > 0)
-        diffraction(m, wi, wo, out);
-    for (int c = 0; c < 3; c++)
-        out[c] = out[c] * diffracts + m->diffuse[c] / M_PI * wi.z * light[c];
-    if (m->specular[0] + m->specular[1] + m->specular[2] > 0) {
-        double cos_half;
-        const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half) * wi.z;
-        for (int c = 0; c < 3; c++)
-            out[c] += lobe * fresnel_schlick(m->specular[c], cos_half) * light[c];
+        material_diffraction(m, wi, wo, out);
+    if (material_has_specular(m))
+        material_specular(m, wi, wo, specular);
+    const double through = coat_through(m->coat_ior, wi.z) * coat_through(m->coat_ior, wo.z);
+    for (int c = 0; c < 3; c++) {
+        const double rest = m->diffuse[c] / M_PI * wi.z + specular[c];
+        out[c] = through * (diffracts * out[c] + rest * light[c]);
     }
-    const double through =
-        (1 - fresnel_dielectric(m->coat_ior, wi.z)) * (1 - fresnel_dielectric(m->coat_ior, wo.z));
-    for (int c = 0; c < 3; c++)
-        out[c] *= through;
 }

@@ -56,5 +56,14 @@ double mask_at(const struct mask *m, double s, double v); // 0..1
 void material_eval(const struct material *m, struct vec3 wi, struct vec3 wo, const double light[3],
                    double diffracts, double out[3]);
 
+// Single layers, without coat: f cos_i.
+void material_diffraction(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3]);
+void material_specular(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3]);
+bool material_has_specular(const struct material *m);
+
+// The part of light that passes the coat on its way in and out; `in` may be diffuse.
+double coat_through(double ior, double cos_i);
+double coat_through_diffuse(double ior);
+
 double fresnel_schlick(double r0, double cos_half);  // power reflectance
 double fresnel_dielectric(double ior, double cos_i); // exact, unpolarised, from air

@@ -10,12 +10,30 @@ void scene_finish(struct scene *s)
     for (int k = 0; k < s->n_objects; k++) {
         shape_finish(&s->object[k].shape);
         material_finish(&s->object[k].material);
+        image_finish(&s->object[k].seen);
         free(s->object[k].name);
     }
     free(s->object);
     free(s->light);
+    surround_finish(s->surround);
+    free(s->surround);
     free(s->path);
     *s = (struct scene){0};
+}
+
+bool scene_prefilter(struct scene *s, struct err *e)
+{
+    for (int k = 0; k < s->n_objects && s->surround; k++) {
+        struct object *o = &s->object[k];
+        const struct shape *shape = &o->shape;
+        const bool flat =
+            shape->kind == SHAPE_PLANE || (shape->kind == SHAPE_DISC && shape->fixed_tangent);
+        if (flat && o->material.table.n && !o->seen.px &&
+            !surround_prefilter(s->surround, &o->material, &shape->frame, s->seen_size, &o->seen,
+                                e))
+            return err_in(e, "%s: what it shows of the environment", o->name);
+    }
+    return true;
 }
 
 void camera_axes(const struct camera *c, int w, int h, struct vec3 axes[3])

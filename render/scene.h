@@ -5,6 +5,7 @@
 #include "core/image.h"
 #include "render/material.h"
 #include "render/shape.h"
+#include "render/surround.h"
 
 struct camera {
     struct vec3 eye_m, target_m, up;
@@ -23,6 +24,7 @@ struct object {
     char *name; // owned
     struct shape shape;
     struct material material;
+    struct image seen; // what its diffraction shows of the environment (surround.h), or empty
 };
 
 struct scene {
@@ -36,6 +38,8 @@ struct scene {
     int n_lights;
     struct object *object; // [n_objects], owned
     int n_objects;
+    struct surround *surround; // owned; NULL: there is none
+    int seen_size;             // nodes a side of the objects' `seen`
 };
 
 enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
@@ -51,6 +55,10 @@ struct scene_options {
 
 // Errors name file and line; tables are found relative to the scene file.
 bool scene_read(struct scene *s, const char *path, const struct scene_options *o, struct err *e);
+// Computes what flat objects show of the environment, where it is missing: scene_read does, and
+// whoever changes the environment, a frame or a table after freeing `seen`. Other objects see the
+// environment's lights.
+bool scene_prefilter(struct scene *s, struct err *e);
 void scene_finish(struct scene *s); // accepts a zeroed struct
 
 // The ray through the point (x, y) of a w x h picture, pixel centres at integers; dir is not unit:

@@ -125,11 +125,11 @@ static bool add_lights(struct ynode *map, struct scene *s, struct err *e)
 static bool read_lights(struct ynode *root, struct scene *s, struct err *e)
 {
     struct ynode *list = NULL;
-    if (!ymap_list(root, "lights", Y_NEEDED, &list, e))
+    if (!ymap_list(root, "lights", s->surround ? Y_OPTIONAL : Y_NEEDED, &list, e))
         return false;
-    if (ylist_count(list) < 1)
+    if (list && ylist_count(list) < 1)
         return yaml_bad(list, e, "needs at least one light");
-    for (int k = 0; k < ylist_count(list); k++)
+    for (int k = 0; list && k < ylist_count(list); k++)
         if (!add_lights(ylist_at(list, k), s, e))
             return false;
     return true;
@@ -146,6 +146,36 @@ char *scene_file(const struct scene *s, const struct scene_options *o, const cha
     const bool use_below = o->tables && access(beside, R_OK) && !access(below, R_OK);
     free(use_below ? beside : below);
     return use_below ? below : beside;
+}
+
+static bool read_surround(struct ynode *root, struct scene *s, const struct scene_options *o,
+                          struct err *e)
+{
+    struct ynode *map = NULL;
+    const char *name = NULL;
+    double intensity = 1, turn_rad = 0;
+    bool shown = true;
+    s->seen_size = 1024;
+    if (!ymap_map(root, "environment", Y_OPTIONAL, &map, e))
+        return false;
+    if (!map)
+        return true;
+    if (!ymap_text(map, "map", Y_NEEDED, &name, e) ||
+        !ymap_num(map, "intensity", Y_OPTIONAL, UNIT_NONE, 0, 1e12, &intensity, e) ||
+        !ymap_num(map, "turn", Y_OPTIONAL, UNIT_RAD, -100, 100, &turn_rad, e) ||
+        !ymap_int(map, "nodes", Y_OPTIONAL, 16, 8192, &s->seen_size, e) ||
+        !ymap_bool(map, "shown", Y_OPTIONAL, &shown, e))
+        return false;
+    struct environment env;
+    char *path = scene_file(s, o, name);
+    const bool ok = environment_read(&env, path, e);
+    free(path);
+    if (!ok)
+        return err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "map")));
+    s->surround = xcalloc(1, sizeof *s->surround);
+    surround_init(s->surround, &env, intensity, turn_rad);
+    s->surround->shown = shown;
+    return true;
 }
 
 static bool read_objects(struct ynode *root, struct scene *s, const struct scene_options *o,
@@ -212,8 +242,8 @@ static bool read_all(struct ynode *root, struct scene *s, const struct scene_opt
         return false;
     if (!field_nums(root, "size", Y_OPTIONAL, UNIT_NONE, 2, 1, 16384, size, e) ||
         !field_color(root, "background", INFINITY, s->background, e) ||
-        !read_camera(root, &s->camera, e) || !read_lights(root, s, e) ||
-        !read_objects(root, s, o, e) || !read_illuminant(root, s, e))
+        !read_camera(root, &s->camera, e) || !read_surround(root, s, o, e) ||
+        !read_lights(root, s, e) || !read_objects(root, s, o, e) || !read_illuminant(root, s, e))
         return false;
     s->w = o->w ? o->w : (int)size[0];
     s->h = o->h ? o->h : (int)size[1];
@@ -228,7 +258,7 @@ bool scene_read(struct scene *out, const char *path, const struct scene_options 
     struct yaml *y = NULL;
     struct err ignored;
     bool ok = yaml_open(&y, path, e) && read_all(yaml_root(y), &s, o, e);
-    ok = yaml_close(y, ok, ok ? e : &ignored) && ok;
+    ok = yaml_close(y, ok, ok ? e : &ignored) && ok && scene_prefilter(&s, e);
     if (!ok) {
         scene_finish(&s);
         return false;

@@ -1,8 +1,11 @@
 // shaders.h - the GLSL of render/shaders, embedded at build time.
 #pragma once
 
-extern const char shader_screen[];  // vertex: a triangle over the whole target
-extern const char shader_mesh[];    // vertex: triangles of a mesh
-extern const char shader_shapes[];  // where a ray meets plane, disc, cylinder, sphere
-extern const char shader_layers[];  // diffuse, specular, diffraction, coat
-extern const char shader_surface[]; // fragment: main()
+extern const char shader_screen[]; // vertex: a triangle over the whole target
+extern const char shader_mesh[];   // vertex: triangles of a mesh
+extern const char shader_shapes[]; // where a ray meets plane, disc, cylinder, sphere
+extern const char shader_lights[];
+extern const char shader_layers[];   // diffuse, specular, diffraction, coat
+extern const char shader_surround[]; // environments
+extern const char shader_surface[];  // fragment: main() of a shape
+extern const char shader_backdrop[]; // fragment: main() of what is behind

@@ -118,31 +118,44 @@ vec3 pattern(vec3 h)
 }
 #endif
 
+vec3 diffraction(vec3 wi, vec3 wo)
+{
+    vec3 h = wi + wo;
+#if DIFFRACTION == 3
+    return gain * pattern(h);
+#elif DIFFRACTION > 0
+    float x = 0.5 * dot(h, h); // 1 + wi.wo
+    return gain * schlick(r0, sqrt(0.5 * x)) * x * x / wo.z * pattern(h);
+#else
+    return vec3(0.0);
+#endif
+}
+
+vec3 glossy(vec3 wi, vec3 wo)
+{
+    if (specular == vec3(0.0))
+        return vec3(0.0);
+    vec3 m = normalize(wi + wo);
+    float cos_half = dot(m, wo);
+    float m2 = roughness * roughness, c2 = m.z * m.z;
+    float d = exp((c2 - 1.0) / (c2 * m2)) / (PI * m2 * c2 * c2);
+    float g = min(1.0, 2.0 * m.z * min(wi.z, wo.z) / cos_half);
+    vec3 f = vec3(schlick(specular.r, cos_half), schlick(specular.g, cos_half),
+                  schlick(specular.b, cos_half));
+    return f * (d * g / (4.0 * wo.z));
+}
+
+float through(float cos_i)
+{
+    return coat_ior == 1.0 ? 1.0 : 1.0 - dielectric(coat_ior, cos_i);
+}
+
 vec3 reflected(vec3 wi, vec3 wo, float diffracts)
 {
     if (wi.z <= 0.0 || wo.z <= 0.0)
         return vec3(0.0);
-    vec3 h = wi + wo;
-    vec3 sum = diffuse / PI * wi.z * light_color;
-    float cos_half = 0.5 * length(h);
-    if (specular != vec3(0.0)) {
-        vec3 m = normalize(h);
-        float m2 = roughness * roughness, c2 = m.z * m.z;
-        float d = exp((c2 - 1.0) / (c2 * m2)) / (PI * m2 * c2 * c2);
-        float g = min(1.0, 2.0 * m.z * min(wi.z, wo.z) / cos_half);
-        vec3 f = vec3(schlick(specular.r, cos_half), schlick(specular.g, cos_half),
-                      schlick(specular.b, cos_half));
-        sum += f * (d * g / (4.0 * wo.z)) * light_color;
-    }
-#if DIFFRACTION == 3
-    sum += diffracts * gain * pattern(h);
-#elif DIFFRACTION > 0
-    if (diffracts > 0.0) {
-        float x = 2.0 * cos_half * cos_half; // 1 + wi.wo
-        sum += diffracts * gain * schlick(r0, cos_half) * x * x / wo.z * pattern(h);
-    }
-#endif
-    if (coat_ior != 1.0)
-        sum *= (1.0 - dielectric(coat_ior, wi.z)) * (1.0 - dielectric(coat_ior, wo.z));
-    return sum;
+    vec3 sum = (diffuse / PI * wi.z + glossy(wi, wo)) * light_color;
+    if (diffracts > 0.0)
+        sum += diffracts * diffraction(wi, wo);
+    return sum * through(wi.z) * through(wo.z);
 }

@@ -1,15 +1,10 @@
 // surface.glsl - fragment shader: the ray of the pixel, its hit, the light it sends back.
-layout(std140) uniform Lights {
-    vec4 light_at[MAX_LIGHTS];    // xyz: position; direction where w is 0
-    vec4 light_power[MAX_LIGHTS]; // rgb: intensity or irradiance
-};
-uniform int n_lights;
-uniform vec2 size;               // of the picture in pixels
-uniform vec3 right, up;          // of the camera, in the shape's coordinates
+uniform vec2 size;      // of the picture in pixels
+uniform vec3 right, up; // of the camera, in the shape's coordinates
 #if SHAPE != 4
 uniform vec3 forward;
 #endif
-uniform vec3 eye;                // likewise; lights are, too
+uniform vec3 eye;       // likewise; lights are, too
 uniform int stripes;
 uniform float duty;
 uniform bool has_mask;
@@ -46,5 +41,7 @@ void main()
         float fall = light_at[k].w == 0.0 ? 1.0 : 1.0 / dot(way, way);
         sum += fall * light_power[k].rgb * reflected(local * normalize(way), wo, diffracts);
     }
+    if (n_surround >= 0)
+        sum += surrounded(local, wo, diffracts);
     color = vec4(sum, 1.0);
 }

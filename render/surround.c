@@ -1,0 +1,250 @@
+// surround.c - environments: bilinear radiance, harmonics, lights by median cut, prefiltered maps.
+#define _GNU_SOURCE
+#include "render/surround.h"
+#include "core/mem.h"
+#include "process/env_exact.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const float *pixel(const struct image *im, int i, int j)
+{
+    return im->px + ((size_t)j * (size_t)im->w + (size_t)i) * 3;
+}
+
+static void turn(struct image *im, int columns)
+{
+    float *row = malloc((size_t)im->w * 3 * sizeof *row);
+    for (int j = 0; j < im->h && row; j++) {
+        float *px = im->px + (size_t)j * (size_t)im->w * 3;
+        memcpy(row, px, (size_t)im->w * 3 * sizeof *row);
+        for (int i = 0; i < im->w; i++)
+            memcpy(px + 3 * i, row + 3 * ((i + columns) % im->w), 3 * sizeof *row);
+    }
+    free(row);
+}
+
+// Solid angle of the pixels of row j.
+static double row_angle(const struct image *im, int j)
+{
+    return 2 * M_PI / im->w * (cos(M_PI * j / im->h) - cos(M_PI * (j + 1) / im->h));
+}
+
+static void harmonics(struct vec3 d, double y[SURROUND_TERMS])
+{
+    const double all[SURROUND_TERMS] = {0.282095,
+                                        0.488603 * d.y,
+                                        0.488603 * d.z,
+                                        0.488603 * d.x,
+                                        1.092548 * d.x * d.y,
+                                        1.092548 * d.y * d.z,
+                                        0.315392 * (3 * d.z * d.z - 1),
+                                        1.092548 * d.x * d.z,
+                                        0.546274 * (d.x * d.x - d.y * d.y)};
+    memcpy(y, all, sizeof all);
+}
+
+static void add_harmonics(struct surround *s)
+{
+    static const double lobe[SURROUND_TERMS] = {M_PI,         M_PI * 2 / 3, M_PI * 2 / 3,
+                                                M_PI * 2 / 3, M_PI / 4,     M_PI / 4,
+                                                M_PI / 4,     M_PI / 4,     M_PI / 4};
+    const struct image *im = &s->env.map;
+    for (int j = 0; j < im->h; j++) {
+        double row[SURROUND_TERMS][3] = {0};
+        for (int i = 0; i < im->w; i++) {
+            double y[SURROUND_TERMS];
+            harmonics(latlong_dir(i, j, im->w, im->h), y);
+            for (int k = 0; k < 3 * SURROUND_TERMS; k++)
+                row[k / 3][k % 3] += y[k / 3] * (double)pixel(im, i, j)[k % 3];
+        }
+        for (int k = 0; k < 3 * SURROUND_TERMS; k++)
+            s->irradiance[k / 3][k % 3] += row_angle(im, j) * lobe[k / 3] * row[k / 3][k % 3];
+    }
+}
+
+// A rectangle of the map, for the median cut (Debevec 2005).
+struct part {
+    int i, j, w, h;
+    double power; // luminance times solid angle
+};
+
+static double column_power(const struct image *im, const struct part *p, int k, bool across)
+{
+    double sum = 0;
+    for (int q = 0; q < (across ? p->h : p->w); q++) {
+        const int i = across ? p->i + k : p->i + q, j = across ? p->j + q : p->j + k;
+        const float *px = pixel(im, i, j);
+        sum += row_angle(im, j) *
+               (0.2126 * (double)px[0] + 0.7152 * (double)px[1] + 0.0722 * (double)px[2]);
+    }
+    return sum;
+}
+
+// Cuts where half of the light is on each side, across the side that is longer on the sphere.
+static void cut(const struct image *im, struct part *p, struct part *rest)
+{
+    const double middle = M_PI * (p->j + p->h / 2.0) / im->h;
+    const bool across = (p->w * sin(middle) > p->h && p->w > 1) || p->h < 2;
+    const int n = across ? p->w : p->h;
+    double sum = column_power(im, p, 0, across);
+    int k = 1;
+    while (k < n - 1 && sum + column_power(im, p, k, across) / 2 < p->power / 2)
+        sum += column_power(im, p, k++, across);
+    *rest = *p;
+    rest->power = p->power - sum;
+    p->power = sum;
+    if (across) {
+        rest->i += k;
+        rest->w -= k;
+        p->w = k;
+    } else {
+        rest->j += k;
+        rest->h -= k;
+        p->h = k;
+    }
+}
+
+static struct surround_light light_of(const struct image *im, const struct part *p)
+{
+    struct surround_light l = {0};
+    struct vec3 to = {0};
+    for (int j = p->j; j < p->j + p->h; j++)
+        for (int i = p->i; i < p->i + p->w; i++) {
+            double sum = 0;
+            for (int c = 0; c < 3; c++) {
+                const double power = row_angle(im, j) * (double)pixel(im, i, j)[c];
+                l.irradiance[c] += power;
+                sum += power;
+            }
+            to = v3_add(to, v3_scale(sum, latlong_dir(i, j, im->w, im->h)));
+        }
+    l.to = v3_norm(to) > 0 ? v3_unit(to)
+                           : latlong_dir(p->i + p->w / 2.0, p->j + p->h / 2.0, im->w, im->h);
+    return l;
+}
+
+static void add_lights(struct surround *s)
+{
+    const struct image *im = &s->env.map;
+    struct part part[SURROUND_LIGHTS] = {{0, 0, im->w, im->h, 0}};
+    for (int k = 0; k < im->w; k++)
+        part[0].power += column_power(im, &part[0], k, true);
+    int n = 1;
+    while (n < SURROUND_LIGHTS) {
+        int most = -1;
+        for (int k = 0; k < n; k++)
+            if (part[k].w * part[k].h > 1 && (most < 0 || part[k].power > part[most].power))
+                most = k;
+        if (most < 0 || !(part[most].power > 0))
+            break;
+        cut(im, &part[most], &part[n++]);
+    }
+    for (int k = 0; k < n; k++)
+        if (part[k].power > 0)
+            s->light[s->n_lights++] = light_of(im, &part[k]);
+}
+
+bool surround_all(const struct surround *s, struct surround_light **light, int *n, struct err *e)
+{
+    const struct image *im = &s->env.map;
+    struct surround_light *all =
+        sample_alloc((size_t)im->w * (size_t)im->h, sizeof *all, "environment", e);
+    if (!all)
+        return false;
+    *n = 0;
+    for (int j = 0; j < im->h; j++)
+        for (int i = 0; i < im->w; i++) {
+            const struct part one = {i, j, 1, 1, 0};
+            const float *px = pixel(im, i, j);
+            if (px[0] > 0 || px[1] > 0 || px[2] > 0)
+                all[(*n)++] = light_of(im, &one);
+        }
+    *light = all;
+    return true;
+}
+
+void surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad)
+{
+    *s = (struct surround){.env = *env, .shown = true};
+    *env = (struct environment){0};
+    struct image *im = &s->env.map;
+    const size_t n = (size_t)im->w * (size_t)im->h * 3;
+    for (size_t k = 0; k < n; k++)
+        im->px[k] *= (float)intensity;
+    const long columns = lround(turn_rad / (2 * M_PI) * im->w) % im->w;
+    turn(im, (int)(columns < 0 ? columns + im->w : columns));
+    add_harmonics(s);
+    add_lights(s);
+}
+
+void surround_finish(struct surround *s)
+{
+    if (s)
+        environment_finish(&s->env);
+}
+
+void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3])
+{
+    const struct image *im = &s->env.map;
+    double x, y;
+    latlong_pixel(dir, im->w, im->h, &x, &y);
+    y = fmax(0, fmin(im->h - 1, y));
+    const int i = (int)floor(x), j = y < im->h - 1 ? (int)y : im->h - 2;
+    const double fx = x - i, fy = y - j;
+    const int left = (i + im->w) % im->w, right = (i + 1 + im->w) % im->w;
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (1 - fy) * ((1 - fx) * (double)pixel(im, left, j)[c] +
+                             fx * (double)pixel(im, right, j)[c]) +
+                 fy * ((1 - fx) * (double)pixel(im, left, j + 1)[c] +
+                       fx * (double)pixel(im, right, j + 1)[c]);
+}
+
+void surround_irradiance(const struct surround *s, struct vec3 normal, double rgb[3])
+{
+    double y[SURROUND_TERMS];
+    harmonics(normal, y);
+    for (int c = 0; c < 3; c++) {
+        double sum = 0;
+        for (int k = 0; k < SURROUND_TERMS; k++)
+            sum += y[k] * s->irradiance[k][c];
+        rgb[c] = fmax(0, sum);
+    }
+}
+
+bool surround_prefilter(const struct surround *s, const struct material *m, const struct frame *f,
+                        int n, struct image *map, struct err *e)
+{
+    const struct fresnel fresnel = {true, m->r0};
+    struct env_kernel kernel = {0};
+    bool ok = env_kernel_init(&kernel, &m->table, &fresnel, 2e-3, 0, M_PI / s->env.map.h, e) &&
+              env_exact(&kernel, &s->env, f, n, map, e);
+    env_kernel_finish(&kernel);
+    if (!ok)
+        return false;
+    // env_exact takes F^2 / F0^2, a plain table with its 4 pi^2.
+    const double scale = m->gain * m->table_scale * m->r0 / (m->over_w2 ? 1 : 4 * M_PI * M_PI);
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            const double t = env_map_cosine(i, n), b = env_map_cosine(j, n);
+            const double cos_o = sqrt(fmax(0, 1 - t * t - b * b));
+            for (int c = 0; c < 3; c++)
+                map->px[((size_t)j * (size_t)n + (size_t)i) * 3 + (size_t)c] *=
+                    (float)(scale * cos_o);
+        }
+    return true;
+}
+
+void surround_map_at(const struct image *map, struct vec3 wo, double rgb[3])
+{
+    const int n = map->w;
+    const double x = (wo.x + 1) / 2 * (n - 1), y = (wo.y + 1) / 2 * (n - 1);
+    const int i = x < n - 1 ? (int)x : n - 2, j = y < n - 1 ? (int)y : n - 2;
+    const double fx = x - i, fy = y - j;
+    for (int c = 0; c < 3; c++) {
+        const float *a = pixel(map, i, j) + c, *b = pixel(map, i, j + 1) + c;
+        rgb[c] = ((1 - fy) * ((1 - fx) * (double)a[0] + fx * (double)a[3]) +
+                  fy * ((1 - fx) * (double)b[0] + fx * (double)b[3])) /
+                 wo.z;
+    }
+}

@@ -1,0 +1,125 @@
+// test_surround.c - environments as the renderers use them.
+#include "tests/test.h"
+
+#include "tests/render_fixture.h"
+
+// A dim sky with a bright patch, 64 x 32.
+static void fixture_sky(struct surround *s, bool patch)
+{
+    struct environment env = {0};
+    struct err e;
+    assert_true(image_init(&env.map, 64, 32, 3, &e));
+    for (int k = 0; k < 64 * 32 * 3; k++) {
+        const int i = k / 3 % 64, j = k / 3 / 64;
+        const double at = patch && hypot(i - 52, j - 13) < 3 ? 40 : 0;
+        env.map.px[k] = (float)(at + (patch ? 0.2 + 0.1 * (k % 3) * sin(0.2 * i) : 1));
+    }
+    surround_init(s, &env, 1, 0);
+}
+
+TEST(an_even_sky_lights_every_side_with_pi)
+{
+    struct surround s;
+    double rgb[3];
+    fixture_sky(&s, false);
+    surround_irradiance(&s, v3_unit(v3(1, 2, -3)), rgb);
+    assert_near(rgb[1], M_PI, 1e-3);
+    double sum = 0;
+    for (int k = 0; k < s.n_lights; k++)
+        sum += s.light[k].irradiance[0];
+    assert_int_equal(s.n_lights, SURROUND_LIGHTS);
+    assert_near(sum, 4 * M_PI, 1e-9);
+    surround_radiance(&s, v3(0, 1, 0), rgb);
+    assert_near(rgb[2], 1, 1e-12);
+    surround_finish(&s);
+}
+
+TEST(turning_the_sky_turns_what_is_seen)
+{
+    struct surround a, b;
+    struct environment env = {0};
+    struct err e;
+    double x[3], y[3];
+    fixture_sky(&a, true);
+    assert_true(image_init(&env.map, 64, 32, 3, &e));
+    memcpy(env.map.px, a.env.map.px, 64 * 32 * 3 * sizeof(float));
+    surround_init(&b, &env, 2, M_PI / 2); // about +y: z goes to x
+    for (int k = 0; k < 50; k++) {
+        const struct vec3 d = v3_unit(v3(sin(k), cos(2 * k), sin(3 * k + 1)));
+        surround_radiance(&a, d, x);
+        surround_radiance(&b, v3(d.z, d.y, -d.x), y);
+        for (int c = 0; c < 3; c++)
+            assert_near(y[c], 2 * x[c], 1e-4 * x[c]);
+    }
+    surround_finish(&a);
+    surround_finish(&b);
+}
+
+// A wide smooth table, so that 2,048 pixels as point lights are an integral.
+static void wide_table(struct material *m)
+{
+    struct table t;
+    struct err e;
+    assert_true(table_init(&t, 65, 1.2, 1, 1, &e));
+    t.is_rgb = true;
+    for (int k = 0; k < 65 * 65; k++) {
+        const double u = table_node(&t, k % 65), v = table_node(&t, k / 65);
+        for (int c = 0; c < 3; c++)
+            t.tab[3 * k + c] = (float)exp(-(u * u + 2 * v * v) / 0.09);
+    }
+    material_take_table(m, &t, 0.04);
+}
+
+TEST(a_prefiltered_map_is_the_sum_over_the_sky)
+{
+    struct surround around;
+    struct image map, sum;
+    struct err e;
+    fixture_sky(&around, true);
+    struct object o = fixture_object(SHAPE_PLANE);
+    wide_table(&o.material);
+    struct scene s = fixture_scene(&o, NULL, 0);
+    s.w = 40;
+    s.h = 30;
+    s.surround = &around;
+    s.seen_size = 256;
+    assert_true(cpu_render(&s, true, &sum, &e)); // no map yet: every pixel of the sky is a light
+    assert_true(scene_prefilter(&s, &e));
+    assert_true(cpu_render(&s, true, &map, &e));
+    assert_near(rel_rmse(&map, &sum), 0, 0.02); // the light's share: the rest is the same backdrop
+    image_finish(&map);
+    image_finish(&sum);
+    image_finish(&o.seen);
+    material_finish(&o.material);
+    surround_finish(&around);
+}
+
+TEST(gl_shows_environments_as_the_cpu_does)
+{
+    struct surround around;
+    struct light light = {.at = {0.03, 0.05, 0.45}, .power = 0.1, .tint = {1, 1, 1}};
+    struct err e;
+    fixture_sky(&around, true);
+    for (enum shape_kind k = SHAPE_PLANE; k <= SHAPE_SPHERE; k++) {
+        struct object o = fixture_object(k);
+        wide_table(&o.material);
+        o.material.diffuse[0] = 0.5;
+        o.material.specular[1] = 0.3;
+        o.material.roughness = 0.3;
+        o.material.coat_ior = 1.5;
+        struct scene s = fixture_scene(&o, &light, 1);
+        s.surround = &around;
+        s.seen_size = 128;
+        assert_true(scene_prefilter(&s, &e));
+        assert_int_equal(o.seen.px != NULL, k == SHAPE_PLANE);
+        compare_backends(&s);
+        image_finish(&o.seen);
+        material_finish(&o.material);
+    }
+    surround_finish(&around);
+}
+
+TEST_MAIN(cmocka_unit_test(an_even_sky_lights_every_side_with_pi),
+          cmocka_unit_test(turning_the_sky_turns_what_is_seen),
+          cmocka_unit_test(a_prefiltered_map_is_the_sum_over_the_sky),
+          cmocka_unit_test(gl_shows_environments_as_the_cpu_does))
