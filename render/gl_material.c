@@ -91,8 +91,7 @@ static void use_table(const struct gl_material *g, GLuint p, const struct materi
     gl_set1f(p, "table_scale", m->table_scale);
     gl_set1i(p, "over_w2", m->over_w2);
     gl_set2f(p, "w_range", t->w_min, t->w_max);
-    gl_set1i(p, "tables",
-             m->tables_used > 0 && m->tables_used < t->count ? m->tables_used : t->count);
+    gl_set1i(p, "tables", material_tables(m));
     gl_bind(p, "table", 0, GL_TEXTURE_2D_ARRAY, g->table);
     gl_bind(p, "curves", 1, GL_TEXTURE_2D, g->curves);
 }

@@ -1,76 +1,20 @@
-// gl_render.c - the scene on the GPU: per object a program, its textures, its rectangle.
+// gl_render.c - the scene on the GPU: lights, backdrop, and the objects' tiles.
 #define _GNU_SOURCE
 #include "render/gl_render.h"
 #include "core/mem.h"
-#include "render/gl_material.h"
+#include "render/gl_object.h"
 #include "render/shaders.h"
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
 
-enum { KINDS = 4, MAX_LIGHTS = SCENE_MAX_LIGHTS + SURROUND_LIGHTS }; // KINDS of diffraction
-
-struct gl_object {
-    GLuint program[KINDS]; // 0: not needed so far
-    struct gl_material material;
-    GLuint vertices, buffer, index; // of a mesh
-    GLuint seen;
-};
-
 struct gl_renderer {
-    GLuint vertices, lights;   // an empty vertex array; the buffer of lights
+    GLuint nothing;            // a vertex array without data
+    GLuint tiles, rectangle;   // a vertex array of tiles and its buffer
+    GLuint lights;             // the buffer of lights
     GLuint surround, backdrop; // the environment's texture, the program of what is behind
-    struct gl_object *object;
+    struct gl_object *object;  // [n], owned
     int n;
 };
-
-static void upload_mesh(struct gl_object *o, const struct mesh *m)
-{
-    enum { FLOATS = 11 };
-    float *v = xcalloc((size_t)m->n_vertices, FLOATS * sizeof *v);
-    for (int k = 0; k < m->n_vertices; k++) {
-        const struct mesh_vertex *f = &m->vertex[k];
-        const double from[FLOATS] = {f->at_m.x, f->at_m.y, f->at_m.z, f->n.x, f->n.y, f->n.z,
-                                     f->t.x,    f->t.y,    f->t.z,    f->s,   f->v};
-        for (int c = 0; c < FLOATS; c++)
-            v[(size_t)k * FLOATS + (size_t)c] = (float)from[c];
-    }
-    glGenVertexArrays(1, &o->vertices);
-    glBindVertexArray(o->vertices);
-    glGenBuffers(1, &o->buffer);
-    glBindBuffer(GL_ARRAY_BUFFER, o->buffer);
-    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)((size_t)m->n_vertices * FLOATS * sizeof *v), v,
-                 GL_STATIC_DRAW);
-    free(v);
-    glGenBuffers(1, &o->index);
-    glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, o->index);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER,
-                 (GLsizeiptr)((size_t)m->n_triangles * sizeof *m->triangle), m->triangle,
-                 GL_STATIC_DRAW);
-    for (GLuint k = 0; k < 4; k++) {
-        glEnableVertexAttribArray(k);
-        glVertexAttribPointer(k, k < 3 ? 3 : 2, GL_FLOAT, GL_FALSE, FLOATS * sizeof *v,
-                              (const void *)(k * 3 * sizeof *v));
-    }
-    glBindVertexArray(0);
-}
-
-// The program for the way an object diffracts now; made when it is first needed.
-static GLuint program_of(struct gl_object *o, const struct object *from, struct err *e)
-{
-    const struct material *m = &from->material;
-    GLuint *p = &o->program[m->diffraction];
-    if (*p)
-        return *p;
-    char defines[200];
-    snprintf(defines, sizeof defines,
-             "#define SHAPE %d\n#define DIFFRACTION %d\n#define CURVES %d\n#define MAX_LIGHTS %d\n",
-             (int)from->shape.kind, (int)m->diffraction, m->table.basis != TABLE_PLAIN, MAX_LIGHTS);
-    const bool mesh = from->shape.kind == SHAPE_MESH;
-    const char *const vertex[] = {mesh ? shader_mesh : shader_screen, NULL};
-    const char *const fragment[] = {shader_shapes,   shader_lights,  shader_layers,
-                                    shader_surround, shader_surface, NULL};
-    return *p = gl_program(from->name, defines, vertex, fragment, e);
-}
 
 static GLuint float_texture(const struct image *im)
 {
@@ -105,18 +49,19 @@ bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct er
     struct gl_renderer *r = xcalloc(1, sizeof *r);
     r->object = xcalloc((size_t)s->n_objects, sizeof *r->object);
     r->n = s->n_objects;
-    glGenVertexArrays(1, &r->vertices);
+    glGenVertexArrays(1, &r->nothing);
+    glGenVertexArrays(1, &r->tiles);
+    glBindVertexArray(r->tiles);
+    glGenBuffers(1, &r->rectangle);
+    glBindBuffer(GL_ARRAY_BUFFER, r->rectangle);
+    glEnableVertexAttribArray(0);
+    glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(struct tile), NULL);
+    glVertexAttribDivisor(0, 1);
     glGenBuffers(1, &r->lights);
-    for (int k = 0; k < r->n; k++) {
-        if (!program_of(&r->object[k], &s->object[k], e) ||
-            !gl_material_init(&r->object[k].material, &s->object[k].material, e)) {
-            gl_renderer_close(r);
-            return false;
-        }
-        if (s->object[k].shape.kind == SHAPE_MESH)
-            upload_mesh(&r->object[k], &s->object[k].shape.mesh);
-    }
-    if (!gl_renderer_surround(r, s, e)) {
+    bool ok = true;
+    for (int k = 0; k < r->n && ok; k++)
+        ok = gl_object_init(&r->object[k], &s->object[k], e);
+    if (!ok || !gl_renderer_surround(r, s, e)) {
         gl_renderer_close(r);
         return false;
     }
@@ -128,52 +73,20 @@ void gl_renderer_close(struct gl_renderer *r)
 {
     if (!r)
         return;
-    for (int k = 0; k < r->n; k++) {
-        struct gl_object *o = &r->object[k];
-        for (int p = 0; p < KINDS; p++)
-            glDeleteProgram(o->program[p]);
-        gl_material_finish(&o->material);
-        glDeleteVertexArrays(1, &o->vertices);
-        glDeleteBuffers(1, &o->buffer);
-        glDeleteBuffers(1, &o->index);
-        glDeleteTextures(1, &o->seen);
-    }
+    for (int k = 0; k < r->n; k++)
+        gl_object_finish(&r->object[k]);
     glDeleteTextures(1, &r->surround);
     glDeleteProgram(r->backdrop);
-    glDeleteVertexArrays(1, &r->vertices);
+    glDeleteVertexArrays(1, &r->nothing);
+    glDeleteVertexArrays(1, &r->tiles);
+    glDeleteBuffers(1, &r->rectangle);
     glDeleteBuffers(1, &r->lights);
     free(r->object);
     free(r);
 }
 
-static void set_local(GLuint p, const char *name, const struct frame *f, struct vec3 v)
-{
-    const struct vec3 a = frame_local(f, v);
-    gl_set3f(p, name, (const double[]){a.x, a.y, a.z});
-}
-
-static void set_camera(GLuint p, const struct camera *c, const struct shape *s, int w, int h)
-{
-    struct vec3 axes[3];
-    camera_axes(c, w, h, axes);
-    set_local(p, "right", &s->frame, axes[0]);
-    set_local(p, "up", &s->frame, axes[1]);
-    set_local(p, "forward", &s->frame, axes[2]);
-    set_local(p, "eye", &s->frame, v3_sub(c->eye_m, s->at_m));
-    gl_set2f(p, "size", w, h);
-}
-
-static void set_shape(GLuint p, const struct shape *s)
-{
-    gl_set2f(p, "half_size", s->width_m / 2, s->height_m / 2);
-    gl_set1f(p, "radius", s->radius_m);
-    gl_set1f(p, "inner", s->inner_m);
-    gl_set1f(p, "half_span", s->span_rad / 2);
-    gl_set1i(p, "fixed_tangent", s->fixed_tangent);
-}
-
 struct light_block {
-    float at[MAX_LIGHTS][4], power[MAX_LIGHTS][4];
+    float at[LIGHTS_MOST][4], power[LIGHTS_MOST][4];
 };
 
 static void put_light(struct light_block *b, int k, struct vec3 at, bool near, const double rgb[3])
@@ -208,63 +121,50 @@ static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene
     glUniformBlockBinding(p, glGetUniformBlockIndex(p, "Lights"), 0);
 }
 
-static void set_surround(const struct gl_renderer *r, const struct gl_object *g, GLuint p,
-                         const struct scene *s, const struct object *o)
-{
-    const struct frame *f = &o->shape.frame;
-    const float world[9] = {(float)f->t.x, (float)f->t.y, (float)f->t.z,
-                            (float)f->b.x, (float)f->b.y, (float)f->b.z,
-                            (float)f->n.x, (float)f->n.y, (float)f->n.z};
-    float harmonic[SURROUND_TERMS][3] = {0};
-    for (int k = 0; k < 3 * SURROUND_TERMS && s->surround; k++)
-        harmonic[k / 3][k % 3] = (float)s->surround->irradiance[k / 3][k % 3];
-    glUniformMatrix3fv(glGetUniformLocation(p, "world"), 1, GL_FALSE, world);
-    glUniform3fv(glGetUniformLocation(p, "harmonic"), SURROUND_TERMS, harmonic[0]);
-    gl_set1f(p, "through_diffuse", coat_through_diffuse(o->material.coat_ior));
-    gl_set1i(p, "has_seen", g->seen != 0);
-    gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
-    gl_bind(p, "seen", 4, GL_TEXTURE_2D, g->seen);
-}
-
 static void draw_backdrop(const struct gl_renderer *r, const struct scene *s,
                           const struct gl_target *t)
 {
     static const struct shape world = {.frame = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     glUseProgram(r->backdrop);
-    set_camera(r->backdrop, &s->camera, &world, t->w, t->h);
+    gl_set_camera(r->backdrop, &s->camera, &world, t->w, t->h);
     gl_bind(r->backdrop, "surround", 3, GL_TEXTURE_2D, r->surround);
-    glBindVertexArray(r->vertices);
+    glBindVertexArray(r->nothing);
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
-static void cut_to_shape(const struct camera *c, const struct shape *s, int w, int h)
+static void draw_tiles(const struct gl_renderer *r, const struct tile *tile, int n)
 {
-    int box[4];
-    shape_pixels(c, s, w, h, box);
-    glScissor(box[0], box[1], box[2] - box[0], box[3] - box[1]);
+    glBindVertexArray(r->tiles);
+    glBindBuffer(GL_ARRAY_BUFFER, r->rectangle);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)((size_t)n * sizeof *tile), tile, GL_STREAM_DRAW);
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, n);
+}
+
+static void use(const struct gl_renderer *r, const struct gl_object *g, GLuint p,
+                const struct object *o, const struct scene *s, const struct gl_target *t)
+{
+    gl_object_use(g, p, o, s, t->w, t->h);
+    set_lights(r, p, s, &o->shape);
+    gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
 }
 
 static void draw_object(struct gl_renderer *r, struct gl_object *g, const struct object *o,
                         const struct scene *s, const struct gl_target *t)
 {
-    const GLuint p = g->program[o->material.diffraction];
-    glUseProgram(p);
-    set_camera(p, &s->camera, &o->shape, t->w, t->h);
-    set_shape(p, &o->shape);
-    set_lights(r, p, s, &o->shape);
-    set_surround(r, g, p, s, o);
-    gl_material_use(&g->material, p, &o->material, s->light_color);
-    cut_to_shape(&s->camera, &o->shape, t->w, t->h);
+    const GLuint full = g->program[o->material.diffraction], plain = g->program[DIFFRACTION_NONE];
     if (o->shape.kind == SHAPE_MESH) {
-        glEnable(GL_CULL_FACE);
-        glFrontFace(GL_CW); // the target is upside down
-        glBindVertexArray(g->vertices);
-        glDrawElements(GL_TRIANGLES, 3 * o->shape.mesh.n_triangles, GL_UNSIGNED_INT, NULL);
-        glDisable(GL_CULL_FACE);
-        glFrontFace(GL_CCW);
-    } else {
-        glBindVertexArray(r->vertices);
-        glDrawArrays(GL_TRIANGLES, 0, 3);
+        use(r, g, full, o, s, t);
+        gl_object_draw_mesh(g, &o->shape.mesh);
+        return;
+    }
+    tiles_find(&g->tiles, s, o, t->w, t->h);
+    if (g->tiles.n_diffracting) {
+        use(r, g, full, o, s, t);
+        draw_tiles(r, g->tiles.diffracting, g->tiles.n_diffracting);
+    }
+    if (g->tiles.n_plain) {
+        use(r, g, plain, o, s, t);
+        draw_tiles(r, g->tiles.plain, g->tiles.n_plain);
     }
 }
 
@@ -272,7 +172,7 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
                       struct err *e)
 {
     for (int k = 0; k < r->n; k++)
-        if (!program_of(&r->object[k], &s->object[k], e))
+        if (!gl_object_programs(&r->object[k], &s->object[k], e))
             return false;
     glBindFramebuffer(GL_FRAMEBUFFER, t->frame);
     glViewport(0, 0, t->w, t->h);
@@ -281,17 +181,40 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     if (s->surround && s->surround->shown)
         draw_backdrop(r, s, t);
-    glEnable(GL_SCISSOR_TEST);
     glEnable(GL_DEPTH_TEST);
     for (int k = 0; k < r->n; k++)
         draw_object(r, &r->object[k], &s->object[k], s, t);
-    glDisable(GL_SCISSOR_TEST);
     glDisable(GL_DEPTH_TEST);
     const GLenum error = glGetError();
     return error == GL_NO_ERROR || err_set(e, ERR_DEVICE, "OpenGL error %#x while drawing", error);
 }
 
-bool gl_render(const struct scene *s, struct image *out, struct err *e)
+static long pixels_of(const struct tile *t, int n)
+{
+    double sum = 0;
+    for (int k = 0; k < n; k++)
+        sum += (double)(t[k].x1 - t[k].x0) * (double)(t[k].y1 - t[k].y0);
+    return lround(sum);
+}
+
+struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s)
+{
+    struct gl_work work = {0};
+    for (int k = 0; k < r->n; k++) {
+        const struct tiles *t = &r->object[k].tiles;
+        const struct material *m = &s->object[k].material;
+        work.shaded += pixels_of(t->plain, t->n_plain);
+        work.diffracting += pixels_of(t->diffracting, t->n_diffracting);
+        if (m->diffraction == DIFFRACTION_TABLE) {
+            work.tables += m->table.count;
+            work.tables_used += material_tables(m);
+        }
+    }
+    work.shaded += work.diffracting;
+    return work;
+}
+
+bool gl_render(const struct scene *s, struct image *out, struct gl_work *work, struct err *e)
 {
     struct gl_context *c = NULL;
     struct gl_renderer *r = NULL;
@@ -300,6 +223,8 @@ bool gl_render(const struct scene *s, struct image *out, struct err *e)
         return false;
     const bool ok = gl_target_init(&t, s->w, s->h, e) && gl_renderer_open(&r, s, e) &&
                     gl_renderer_draw(r, s, &t, e) && gl_target_read(&t, out, e);
+    if (ok && work)
+        *work = gl_renderer_work(r, s);
     gl_renderer_close(r);
     gl_target_finish(&t);
     gl_context_close(c);

@@ -18,5 +18,13 @@ bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct e
 bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct gl_target *t,
                       struct err *e);
 
-// All at once, without a display: context, scene, picture.
-bool gl_render(const struct scene *s, struct image *out, struct err *e);
+// What the last picture cost: pixels that were shaded at all, those of them where diffraction was
+// looked up, and tables (tiles.h; meshes are not counted).
+struct gl_work {
+    long shaded, diffracting;
+    int tables, tables_used;
+};
+struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s);
+
+// All at once, without a display: context, scene, picture. `work` may be NULL.
+bool gl_render(const struct scene *s, struct image *out, struct gl_work *work, struct err *e);

@@ -65,6 +65,21 @@ static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *co
     return d * g / (4 * wi.z * wo.z);
 }
 
+int material_tables(const struct material *m)
+{
+    const int n = m->table.count;
+    return m->tables_used > 0 && m->tables_used < n ? m->tables_used : n;
+}
+
+void material_set_tolerance(struct material *m, double tolerance)
+{
+    const struct meta_item *error = meta_find(&m->table.meta, "nacre.error_l2");
+    m->tables_used = 0;
+    for (int k = 0; error && k < error->n && !m->tables_used; k++)
+        if (error->num && error->num[k] <= tolerance)
+            m->tables_used = k + 1;
+}
+
 double mask_at(const struct mask *m, double s, double v)
 {
     if (m->stripes > 0 && s * m->stripes - floor(s * m->stripes) >= m->duty)

@@ -49,6 +49,12 @@ void material_finish(struct material *m); // accepts a zeroed struct
 // "nacre.scale" is "absolute".
 void material_take_table(struct material *m, struct table *t, double r0);
 
+int material_tables(const struct material *m); // in use
+
+// Uses the least tables whose relative L2 error, as their maker measured it ("nacre.error_l2"), is
+// at most `tolerance`; all of them when none is or nothing is known.
+void material_set_tolerance(struct material *m, double tolerance);
+
 double mask_at(const struct mask *m, double s, double v); // 0..1
 
 // Radiance towards wo per unit irradiance (normal to the beam) from wi: f cos_i. Both directions

@@ -7,6 +7,8 @@
 #include "render/shape.h"
 #include "render/surround.h"
 
+#define SCENE_FAR_M 1e6 // no length of a scene is longer
+
 struct camera {
     struct vec3 eye_m, target_m, up;
     double fov_rad; // of the picture's height

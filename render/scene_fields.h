@@ -3,8 +3,6 @@
 #include "core/yaml.h"
 #include "render/scene.h"
 
-#define SCENE_FAR_M 1e6 // no length of a scene is longer
-
 bool field_nums(struct ynode *map, const char *key, enum yneed need, enum unit unit, int n,
                 double lo, double hi, double *out, struct err *e);
 bool field_vec(struct ynode *map, const char *key, enum yneed need, enum unit unit,

@@ -2,6 +2,7 @@
 #pragma once
 
 extern const char shader_screen[]; // vertex: a triangle over the whole target
+extern const char shader_tile[];   // vertex: rectangles of the target
 extern const char shader_mesh[];   // vertex: triangles of a mesh
 extern const char shader_shapes[]; // where a ray meets plane, disc, cylinder, sphere
 extern const char shader_lights[];

@@ -84,7 +84,7 @@ static inline void compare_backends(const struct scene *s)
 {
     struct image gl, cpu;
     struct err e;
-    if (!gl_render(s, &gl, &e)) {
+    if (!gl_render(s, &gl, NULL, &e)) {
         assert_int_equal(e.code, ERR_DEVICE);
         print_message("skipped: %s\n", e.msg);
         skip();

@@ -104,7 +104,7 @@ TEST(stams_shader_is_its_listing_pixel_by_pixel)
     struct scene s = fixture_scene(&o, &light, 1);
     struct image im;
     struct err e;
-    const bool gl = gl_render(&s, &im, &e);
+    const bool gl = gl_render(&s, &im, NULL, &e);
     if (!gl) {
         print_message("the CPU alone: %s\n", e.msg);
         assert_true(cpu_render(&s, false, &im, &e));

@@ -12,6 +12,7 @@
 
 struct args {
     const char *out, *size, *backend, *table, *tables, *exposure;
+    double tolerance;
     bool reference;
 };
 
@@ -31,6 +32,8 @@ static const struct opt opts[] = {
      "where to look for files that are not beside the scene"},
     {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
      .help = "exposure of a .png or .jpg, instead of the scene's"},
+    {"tolerance", OPT_NUM, offsetof(struct args, tolerance), "E",
+     .help = "use only as many of a set of tables as this relative error needs"},
     {0},
 };
 
@@ -72,6 +75,16 @@ static bool finish_picture(const struct args *a, struct scene *s, struct image *
     return image_write(im, a->out, e);
 }
 
+static void tell_work(const struct gl_work *w, const struct scene *s, struct cli *cli)
+{
+    doc_num(cli->doc, "skipped.not_shaded", 1 - (double)w->shaded / s->w / s->h);
+    doc_num(cli->doc, "skipped.no_diffraction", 1 - (double)w->diffracting / s->w / s->h);
+    if (w->tables) {
+        doc_int(cli->doc, "tables", w->tables);
+        doc_int(cli->doc, "tables_used", w->tables_used);
+    }
+}
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct args *a = args;
@@ -80,15 +93,20 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     struct image im;
     if (!parse_options(a, &o, e) || !scene_read(&s, cli->operand[0], &o, e))
         return false;
+    for (int k = 0; k < s.n_objects && !isnan(a->tolerance); k++)
+        material_set_tolerance(&s.object[k].material, a->tolerance);
+    struct gl_work work;
     const bool cpu = a->reference || !strcmp(a->backend, "cpu");
     const double start_s = now_s();
-    bool ok = cpu ? cpu_render(&s, a->reference, &im, e) : gl_render(&s, &im, e);
+    bool ok = cpu ? cpu_render(&s, a->reference, &im, e) : gl_render(&s, &im, &work, e);
     if (ok) {
         doc_text(cli->doc, "picture", a->out);
         doc_int(cli->doc, "width", im.w);
         doc_int(cli->doc, "height", im.h);
         doc_text(cli->doc, "backend", a->reference ? "cpu, full integration" : cpu ? "cpu" : "gl");
         doc_num(cli->doc, "seconds", now_s() - start_s);
+        if (!cpu)
+            tell_work(&work, &s, cli);
         ok = finish_picture(a, &s, &im, cli, e);
         image_finish(&im);
     }

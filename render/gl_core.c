@@ -1,4 +1,4 @@
-// gl_objects.c - programs, uniforms and float targets.
+// gl_core.c - programs, uniforms, textures and float targets.
 #define _GNU_SOURCE
 #include "render/gl.h"
 #include <stdio.h>
