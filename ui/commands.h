@@ -6,6 +6,8 @@ extern const struct command cmd_bench; // tests/bench: the benchmarks are not a 
 extern const struct command cmd_convert;
 extern const struct command cmd_compare;
 extern const struct command cmd_deconvolve;
+extern const struct command cmd_demo;
+extern const struct command cmd_look;
 extern const struct command cmd_doctor;
 extern const struct command cmd_simulate;
 extern const struct command cmd_capture;

@@ -3,7 +3,9 @@
 
 // clang-format off
 static const struct command *const commands[] = {
+    &cmd_demo,
     &cmd_convert,
+    &cmd_look,
     &cmd_compare,
     &cmd_deconvolve,
     &cmd_doctor,

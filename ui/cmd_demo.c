@@ -1,0 +1,264 @@
+// cmd_demo.c - nacre demo: the main job on the simulated rig, as the commands a user would type.
+//
+// Each step is one run of this program; the report shows its words, so that every figure in it can
+// be made again by hand.
+#define _GNU_SOURCE
+#include "core/datapath.h"
+#include "core/imgfile.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "ui/child.h"
+#include "ui/commands.h"
+#include "ui/contact_sheet.h"
+#include "ui/doc.h"
+#include "ui/html.h"
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+struct args {
+    const char *out;
+};
+
+static const struct opt opts[] = {
+    {"o", OPT_FILE, offsetof(struct args, out), "FOLDER", "demo-out",
+     "where the products and report.html go; products of a demo before are replaced"},
+    {0},
+};
+
+struct fact {
+    const char *key, *label; // of the step's JSON document; for the report
+    double scale;            // what is shown is value * scale, with `unit`
+    const char *unit;
+};
+
+struct step {
+    const char *title, *text;
+    const char *words; // "@" stands for the output folder, "%" for the folder rigs/
+    struct fact fact[3];
+};
+
+enum { CAPTURE, VERIFY, MERGE, TABLE, TRUTH, JUDGE, RENDER, PICTURES, N_STEPS = PICTURES + 3 };
+
+static const struct step plan[N_STEPS] = {
+    [CAPTURE] =
+        {"Capture",
+         "An LED flash, a narrow-band filter, one exposure after the other. The daemon's run "
+         "drives the simulated camera and lights by the same driver tables as real ones.",
+         "capture --rig %/sim.yaml --plan %/plans/bracket.yaml -o @/session",
+         {{"frames", "frames acknowledged", 1, ""}}},
+    [VERIFY] =
+        {"Verify",
+         "Complete or partial is checked, not believed: every frame's SHA-256 against the ledger.",
+         "session verify @/session",
+         {{0}}},
+    [MERGE] =
+        {"Merge",
+         "Each pixel is the average of its exposures with weights of one over their variance: shot "
+         "and read noise decide, saturated samples do not count.",
+         "hdr @/session -o @/radiance.exr",
+         {{"dynamic_range_stops", "dynamic range", 1, " stops"}}},
+    [TABLE] =
+        {"Table",
+         "The photograph at one wavelength, rescaled and summed over all wavelengths, is the table "
+         "of "
+         "the surface under any light: here D65.",
+         "lut @/radiance.exr --lambda 530nm --h-per-pixel 7.2e-4 --center 499.5,499.5 --scale 0.25 "
+         "--illuminant D65 --f0 1 --size 512 --range 0.24 --power 1 -o @/table.exr",
+         {{0}}},
+    [TRUTH] = {"Truth",
+               "The simulator knows its sample: the same table from the formula of the diffraction "
+               "pattern, "
+               "in double precision, with no photograph in between. It shares no code with the "
+               "step before.",
+               "simulate %/sim.yaml --what truth --illuminant D65 --size 512 --range 0.24 --power "
+               "1 -o @/truth.exr",
+               {{0}}},
+    [JUDGE] = {"Error",
+               "What the camera's noise, its pixels and the method together cost.",
+               "compare @/table.exr @/truth.exr -o @/error.png",
+               {{"relative_l2", "table error, relative L2", 100, " %"},
+                {"worst_of_peak", "worst of the peak", 100, " %"}}},
+    [RENDER] = {"Render",
+                "The measured table on a plane sample under one light, drawn by OpenGL.",
+                "render %/scenes/plane.yaml --table @/table.exr -o @/render.png --size 1280x960",
+                {{0}}},
+    [PICTURES] = {"Pictures", "", "look @/radiance.exr @/radiance.png --false-color 5", {{0}}},
+    {"Pictures", "", "look @/table.exr @/table.png", {{0}}},
+    {"Pictures", "", "look @/truth.exr @/truth.png", {{0}}},
+};
+
+struct run {
+    struct doc *doc;
+    double wall_s;
+};
+
+static char *expand(const char *words, const char *out, const char *rigs)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    for (; *words; words++)
+        if (*words == '@' || *words == '%')
+            fputs(*words == '@' ? out : rigs, f);
+        else
+            fputc(*words, f);
+    fclose(f);
+    return text;
+}
+
+static bool run_step(const struct step *s, const char *out, const char *rigs, struct run *r,
+                     struct err *e)
+{
+    char *words = expand(s->words, out, rigs), *quiet = xasprintf("%s --json --quiet", words);
+    struct child c = {0};
+    bool ok = child_run(quiet, &c, e);
+    if (ok && c.status)
+        ok = err_set(e, (enum err_code)c.status, "nacre %s failed with exit code %d", words,
+                     c.status);
+    if (ok) {
+        r->wall_s = c.wall_s;
+        r->doc = doc_parse(c.out);
+        log_note("%-10s %6.2f s   nacre %s", s->title, r->wall_s, words);
+    }
+    child_finish(&c);
+    free(quiet);
+    free(words);
+    return ok;
+}
+
+static bool write_contact_sheet(const char *out, struct err *e)
+{
+    char *session = xasprintf("%s/session", out), *png = xasprintf("%s/bracket.png", out);
+    struct image sheet = {0};
+    const bool ok = contact_sheet(session, 240, 5, &sheet, e) && image_write(&sheet, png, e);
+    image_finish(&sheet);
+    free(session);
+    free(png);
+    return ok;
+}
+
+static void write_cards(struct html *h, const struct run *run, double total_s)
+{
+    fputs("<div class=cards>", h->f);
+    for (int k = 0; k < N_STEPS; k++)
+        for (const struct fact *f = plan[k].fact; f < plan[k].fact + 3 && f->key; f++) {
+            const double value = run[k].doc ? doc_get_num(run[k].doc, f->key) * f->scale : NAN;
+            if (isfinite(value))
+                fprintf(h->f, "<div class=card><b>%.3g%s</b><span>%s</span></div>", value, f->unit,
+                        f->label);
+        }
+    fprintf(h->f, "<div class=card><b>%.1f s</b><span>all steps</span></div></div>\n", total_s);
+}
+
+static void write_times(struct html *h, const struct run *run, double total_s)
+{
+    html_section(h, "Time", "Wall time of each command, its start included.");
+    fputs("<table>", h->f);
+    for (int k = 0; k < N_STEPS; k++)
+        fprintf(h->f,
+                "<tr><td style=\"width:7rem\">%s<td class=n style=\"width:5rem\">%.2f s<td><div "
+                "class=bar "
+                "style=\"width:%.1f%%\"></div></tr>",
+                plan[k].title, run[k].wall_s, 100 * run[k].wall_s / total_s);
+    fputs("</table>\n", h->f);
+}
+
+static void section(struct html *h, int k, const char *out, const char *rigs)
+{
+    (void)rigs;
+    char *words = expand(plan[k].words, out, "rigs");
+    html_section(h, plan[k].title, plan[k].text);
+    html_command(h, words);
+    free(words);
+}
+
+static bool write_report(const char *out, const char *rigs, const struct run *run, struct err *e)
+{
+    double total_s = 0;
+    for (int k = 0; k < N_STEPS; k++)
+        total_s += run[k].wall_s;
+    struct html h;
+    html_open(&h, "From a sample to a rendered picture",
+              "nacre " NACRE_VERSION
+              " on the simulated rig: a phone-like screen of 25 um pixels, photographed, "
+              "merged, turned into a diffraction table, judged against the truth, and drawn.");
+    write_cards(&h, run, total_s);
+    html_picture(&h, "render.png", "The rendered sample.");
+    section(&h, CAPTURE, out, rigs);
+    html_picture(&h, "bracket.png", "The bracket, shortest exposure first. Red: saturated.");
+    section(&h, VERIFY, out, rigs);
+    section(&h, MERGE, out, rigs);
+    html_picture(&h, "radiance.png",
+                 "Merged radiance in false colour, logarithmic over five decades.");
+    section(&h, TABLE, out, rigs);
+    section(&h, TRUTH, out, rigs);
+    fputs("<div class=row>", h.f);
+    html_picture(&h, "table.png", "Measured table.");
+    html_picture(&h, "truth.png", "True table.");
+    fputs("</div>", h.f);
+    section(&h, JUDGE, out, rigs);
+    html_picture(&h, "error.png",
+                 "Error of the table, logarithmic: bright is the peak, black 1e-4 of it, grey was "
+                 "not measured over the whole band.");
+    section(&h, RENDER, out, rigs);
+    write_times(&h, run, total_s);
+    char *path = xasprintf("%s/report.html", out);
+    const bool ok = html_close(&h, path, e);
+    if (ok)
+        log_note("report: %s", path);
+    free(path);
+    return ok;
+}
+
+static bool prepare(const char *out, struct err *e)
+{
+    if (mkdir(out, 0777) && errno != EEXIST)
+        return err_errno(e, "%s", out);
+    // Only what a demo makes: a session lies in a folder of its own, which capture would refuse.
+    char *ledger = xasprintf("%s/session/ledger.db", out), *words = NULL;
+    if (!access(ledger, F_OK))
+        words = xasprintf("rm -r '%s/session'", out);
+    const bool ok =
+        !words || !system(words) || err_set(e, ERR_FILE, "%s/session: cannot be removed", out);
+    free(words);
+    free(ledger);
+    return ok;
+}
+
+static bool run(const void *args_, struct cli *cli, struct err *e)
+{
+    const struct args *args = args_;
+    struct run done[N_STEPS] = {0};
+    char *sim = data_path("rigs/sim.yaml", e),
+         *rigs = sim ? xasprintf("%.*s", (int)(strlen(sim) - strlen("/sim.yaml")), sim) : NULL;
+    bool ok = rigs && prepare(args->out, e);
+    for (int k = 0; ok && k < N_STEPS; k++)
+        ok = run_step(&plan[k], args->out, rigs, &done[k], e);
+    ok = ok && write_contact_sheet(args->out, e) && write_report(args->out, rigs, done, e);
+    if (ok) {
+        char *path = xasprintf("%s/report.html", args->out);
+        doc_text(cli->doc, "report", path);
+        if (done[JUDGE].doc)
+            doc_num(cli->doc, "table_error", doc_get_num(done[JUDGE].doc, "relative_l2"));
+        free(path);
+    }
+    for (int k = 0; k < N_STEPS; k++)
+        doc_free(done[k].doc);
+    free(rigs);
+    free(sim);
+    return ok;
+}
+
+const struct command cmd_demo = {
+    .name = "demo",
+    .summary = "do the main job on the simulated rig and write a report",
+    .operands = "",
+    .opts = opts,
+    .args_size = sizeof(struct args),
+    .notes = "Open demo-out/report.html. Every step of it is a command that can be run by hand.",
+    .run = run,
+};
