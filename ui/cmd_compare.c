@@ -83,8 +83,8 @@ static struct difference compare(const struct image *a, const struct image *b, b
     return d;
 }
 
-// The error from 1e-4 of the peak (dark) to the peak (bright), on a logarithmic scale.
-static bool write_map(const struct image *map, double peak, const char *path, struct err *e)
+// The error from 1e-4 of the worst (dark) to the worst (bright), on a logarithmic scale.
+static bool write_map(const struct image *map, double worst, const char *path, struct err *e)
 {
     struct image picture;
     if (!image_init(&picture, map->w, map->h, 3, e))
@@ -93,7 +93,7 @@ static bool write_map(const struct image *map, double peak, const char *path, st
     for (size_t k = 0; k < n; k++) {
         unsigned char rgb[3];
         const double err = (double)map->px[k];
-        colormap(isnan(err) ? NAN : 1 + log10(fmax(err / peak, 1e-12)) / 4, rgb);
+        colormap(isnan(err) ? NAN : 1 + log10(fmax(err / worst, 1e-12)) / 4, rgb);
         for (int c = 0; c < 3; c++)
             picture.px[k * 3 + (size_t)c] = (float)srgb_decode(rgb[c] / 255.0);
     }
@@ -119,7 +119,7 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
                          "%s: nothing to compare with: all samples are zero, missing or uncovered",
                          cli->operand[1]);
         if (ok && args->out)
-            ok = write_map(&map, d.peak, args->out, e);
+            ok = write_map(&map, d.worst, args->out, e);
         doc_num(cli->doc, "relative_l2", d.l2);
         doc_num(cli->doc, "rmse", d.rmse);
         doc_num(cli->doc, "worst", d.worst);
@@ -147,6 +147,6 @@ const struct command cmd_compare = {
              "channel marks as not\n"
              "measured, are left out and counted. The map's scale is logarithmic: black is 1e-4 of "
              "TRUTH's peak,\n"
-             "bright the peak itself, grey not compared.",
+             "1e-4 of it, grey not compared.",
     .run = run,
 };

@@ -67,7 +67,7 @@ static const struct step plan[N_STEPS] = {
          "of "
          "the surface under any light: here D65.",
          "lut @/radiance.exr --lambda 530nm --h-per-pixel 7.2e-4 --center 499.5,499.5 --scale 0.25 "
-         "--illuminant D65 --f0 1 --size 512 --range 0.24 --power 1 -o @/table.exr",
+         "--illuminant D65 --f0 0.2 --size 512 --range 0.24 --power 1 -o @/table.exr",
          {{0}}},
     [TRUTH] = {"Truth",
                "The simulator knows its sample: the same table from the formula of the diffraction "
@@ -202,8 +202,7 @@ static bool write_report(const char *out, const char *rigs, const struct run *ru
     fputs("</div>", h.f);
     section(&h, JUDGE, out, rigs);
     html_picture(&h, "error.png",
-                 "Error of the table, logarithmic: bright is the peak, black 1e-4 of it, grey was "
-                 "not measured over the whole band.");
+                 "Error of the table, logarithmic: bright is the worst, black 1e-4 of it.");
     section(&h, RENDER, out, rigs);
     write_times(&h, run, total_s);
     char *path = xasprintf("%s/report.html", out);
