@@ -1,5 +1,6 @@
-// run.h - runs the built nacre as a user would and keeps what it said. Include tests/test.h first.
+// run.h - runs the built nacre as a user would and keeps what it said.
 #pragma once
+#include "tests/test.h"
 #include <sys/wait.h>
 
 struct run {
@@ -31,6 +32,17 @@ static inline int count_lines(const char *text)
     int n = 0;
     for (; *text; text++)
         n += *text == '\n';
+    return n;
+}
+
+// Lines that tell of an error; notes may stand before them.
+static inline int count_errors(const char *text)
+{
+    int n = !strncmp(text, "nacre: ", 7);
+    while ((text = strstr(text, "\nnacre: "))) {
+        n++;
+        text++;
+    }
     return n;
 }
 

@@ -85,21 +85,22 @@ static const struct {
     {"convert cut.exr out.exr", 3, {"cut.exr", ""}},
     {"convert text.exr out.exr", 3, {"text.exr", ""}},
     {"convert text.jpg out.exr", 3, {"text.jpg", ""}},
-    {"convert zero.pfm out.exr", 3, {"zero.pfm", "0 x 8"}},
-    {"convert negative.pfm out.exr", 3, {"negative.pfm", "-8 x 8"}},
+    {"convert zero.pfm out.exr", 3, {"zero.pfm", "width is 0"}},
+    {"convert negative.pfm out.exr", 3, {"negative.pfm", "width is -8"}},
     {"convert huge.pfm out.exr", 3, {"huge.pfm", ""}},
     {"convert good.exr out.xyz", 3, {"out.xyz", ""}},
     {"convert good.exr nowhere/out.exr", 5, {"nowhere", ""}},
     {"compare good.exr a.jpg", 3, {"good.exr", "sizes must agree"}},
-    {LUT "nan.pfm --center 4,4", 3, {"nan.pfm", "NaN"}},
+    {"prefilter nan.pfm --lut good.pfm --range 0.3 --power 1 --tangent 1,0,0 --normal 0,0,1 --size "
+     "9 -o out.exr",
+     3,
+     {"nan.pfm", ""}},
     {LUT "absent.pfm --center 4,4", 5, {"absent.pfm", "No such file"}},
     {LUT "good.pfm --center 4,4 --size 0", 3, {"size", "0"}},
     {LUT "good.pfm --center 4,4 --size -5", 3, {"size", "-5"}},
-    {LUT "good.pfm --center 400,4", 3, {"400", "good.pfm"}},
+    {LUT "good.pfm --center 400,4", 3, {"400", "outside the 8 x 8 image"}},
     {"render absent.yaml -o out.png", 5, {"absent.yaml", "No such file"}},
     {"render text.jpg -o out.png", 3, {"text.jpg", ""}},
-    {"capture --rig absent.yaml --plan absent.yaml -o out.exr", 5, {"absent.yaml", "No such file"}},
-    {"capture --rig text.jpg --plan text.jpg -o out.exr", 3, {"text.jpg:1", ""}},
     {"nonsense", 2, {"nonsense", "unknown command"}},
     {"lut --nonsense", 2, {"--nonsense", "unknown option"}},
 };
@@ -114,8 +115,8 @@ TEST(bad_input_gets_one_clear_line_the_exit_code_and_leaves_nothing)
         const bool named = strstr(r.err, cases[k].names[0]) && strstr(r.err, cases[k].names[1]);
         const bool left =
             !access("out.exr", F_OK) || !access("out.png", F_OK) || !access("out.xyz", F_OK);
-        const bool ok = r.status == cases[k].status && named && count_lines(r.err) == 1 && !left &&
-                        !strncmp(r.err, "nacre: ", 7) && !*r.out;
+        const bool ok =
+            r.status == cases[k].status && named && count_errors(r.err) == 1 && !left && !*r.out;
         if (!ok)
             print_message("nacre %s\n  exit %d, expected %d naming '%s' and '%s'%s:\n  %s%s\n",
                           cases[k].words, r.status, cases[k].status, cases[k].names[0],
