@@ -1,0 +1,275 @@
+// bokeh.c - from the photograph of a defocused highlight to heights.
+#define _GNU_SOURCE
+#include "process/bokeh.h"
+#include "core/mem.h"
+#include "process/bspline.h"
+#include "process/deconvolve.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const double GREEN_M = 520e-9; // the wavelength of T17's 343 lp/mm at f/5.6
+
+// A part of the picture round the disc, flat: 1 is its mean.
+struct flat {
+    int w, h;
+    int left, top; // of the picture
+    float *px;     // [h][w], owned
+};
+
+static bool flat_init(struct flat *f, const float *px, int w, int h, const struct disc *d,
+                      double margin_px, struct err *e)
+{
+    struct disc_light light;
+    float *whole = sample_alloc((size_t)w * (size_t)h, sizeof *whole, "picture", e);
+    if (!whole || !disc_light_fit(&light, d, px, w, h, e)) {
+        free(whole);
+        return false;
+    }
+    disc_flatten(&light, px, w, h, whole);
+    const int reach = (int)ceil(d->radius_px + margin_px);
+    const int left = (int)fmax(0, floor(d->cx_px) - reach),
+              top = (int)fmax(0, floor(d->cy_px) - reach);
+    const int right = (int)fmin(w, ceil(d->cx_px) + reach + 1),
+              bottom = (int)fmin(h, ceil(d->cy_px) + reach + 1);
+    *f = (struct flat){.w = right - left, .h = bottom - top, .left = left, .top = top};
+    f->px = sample_alloc((size_t)f->w * (size_t)f->h, sizeof *f->px, "picture", e);
+    for (int j = 0; f->px && j < f->h; j++)
+        memcpy(f->px + (size_t)j * (size_t)f->w, whole + (size_t)(top + j) * (size_t)w + left,
+               (size_t)f->w * sizeof *whole);
+    free(whole);
+    return f->px != NULL;
+}
+
+static bool sharpen(struct flat *f, const struct bokeh_record *rec, int *iterations, struct err *e)
+{
+    struct blur *b = blur_gauss(f->w, f->h, rec->sigma_px, e);
+    float *sharp = sample_alloc((size_t)f->w * (size_t)f->h, sizeof *sharp, "picture", e);
+    struct deconvolve_result res;
+    const bool ok =
+        b && sharp &&
+        deconvolve(b, f->w, f->h, f->px,
+                   &(struct deconvolve_options){.iterations = rec->iterations}, sharp, &res, e);
+    if (ok) {
+        free(f->px);
+        f->px = sharp;
+        *iterations = res.iterations;
+    } else {
+        free(sharp);
+    }
+    blur_free(b);
+    return ok;
+}
+
+// Node (x, y) of the sample, from the disc's centre, lies at this place of the picture: the sensor
+// shows the sample turned counter-clockwise by `turn`, and y grows downwards in both.
+static void picture_from_sample(double turn, double x, double y, double *i, double *j)
+{
+    const double c = cos(turn), s = sin(turn);
+    *i = c * x + s * y;
+    *j = -s * x + c * y;
+}
+
+static float spline_at(const float *c, int w, int h, double x, double y)
+{
+    const int i = (int)floor(x), j = (int)floor(y);
+    double wx[4], wy[4], sum = 0;
+    bspline_weights(x - i, wx);
+    bspline_weights(y - j, wy);
+    for (int q = 0; q < 4; q++) {
+        const float *row = c + (size_t)bspline_mirror(j - 1 + q, h) * (size_t)w;
+        for (int p = 0; p < 4; p++)
+            sum += wy[q] * wx[p] * (double)row[bspline_mirror(i - 1 + p, w)];
+    }
+    return (float)sum;
+}
+
+// The largest square inside 0.97 of the disc, less what the deconvolution spoils at the rim; turned
+// back. A turn by quarters takes samples as they are, about the pixel nearest to the centre.
+static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_record *rec,
+                       struct hfield *out, struct err *e)
+{
+    const double reach = 0.97 * d->radius_px - 3 * rec->sigma_px;
+    const int half = (int)floor(reach / M_SQRT2), n = 2 * half + 1;
+    if (half < 16)
+        return err_set(e, ERR_DATA,
+                       "the disc of radius %.1f px is too small for a PSF of sigma %.2f px",
+                       d->radius_px, rec->sigma_px);
+    struct hfield hf;
+    if (!hfield_init(&hf, n, n, rec->m_per_px, rec->m_per_px, e))
+        return false;
+    const double quarters = rec->turn_rad / (M_PI / 2);
+    const bool exact = fabs(quarters - round(quarters)) < 1e-9;
+    const double turn = exact ? round(quarters) * (M_PI / 2) : rec->turn_rad;
+    const double cx = d->cx_px - f->left, cy = d->cy_px - f->top;
+    if (!exact)
+        bspline_fit_image(f->px, f->w, f->h, BSPLINE_CUBIC);
+#pragma omp parallel for schedule(static)
+    for (int y = -half; y <= half; y++)
+        for (int x = -half; x <= half; x++) {
+            double i, j;
+            picture_from_sample(turn, x, y, &i, &j);
+            const float v = exact ? f->px[(size_t)lround(round(cy) + j) * (size_t)f->w +
+                                          (size_t)lround(round(cx) + i)]
+                                  : spline_at(f->px, f->w, f->h, cx + i, cy + j);
+            hf.z[(size_t)(y + half) * (size_t)n + (size_t)(x + half)] =
+                (float)(rec->gain_m * ((double)v - rec->offset));
+        }
+    *out = hf;
+    return true;
+}
+
+// Contrast of what varies over a few pixels, over the noise of neighbours: the channel that shows
+// most.
+static double score(const float *px, int w, int h, const struct disc *d)
+{
+    const int reach = (int)(0.6 * d->radius_px), step = 4;
+    double slow = 0, fast = 0, mean = 0;
+    long n = 0;
+    for (int y = -reach; y <= reach; y++)
+        for (int x = -reach; x <= reach; x++) {
+            const int i = (int)d->cx_px + x, j = (int)d->cy_px + y;
+            if (i < step || j < step || i >= w - step || j >= h - step)
+                continue;
+            const float *at = px + (size_t)j * (size_t)w + i;
+            const double ds =
+                (double)at[step] - (double)at[-step] + (double)at[step * w] - (double)at[-step * w];
+            const double df = (double)at[1] - 2 * (double)at[0] + (double)at[-1];
+            slow += ds * ds;
+            fast += df * df;
+            mean += (double)at[0];
+            n++;
+        }
+    return n && fast > 0 && mean > 0 ? sqrt(slow / fast) : 0;
+}
+
+// The mean along the lines: heights become a function of the distance across them.
+static bool average_lines(struct hfield *hf, double direction_rad, struct err *e)
+{
+    const double c = cos(direction_rad), s = sin(direction_rad),
+                 reach = 0.5 * (hf->nx - 1) * M_SQRT2;
+    const int bins = 2 * (int)ceil(reach) + 3;
+    double *sum = sample_alloc((size_t)bins, sizeof *sum, "profile", e);
+    double *weight = sample_alloc((size_t)bins, sizeof *weight, "profile", e);
+    const bool ok = sum && weight;
+    for (int pass = 0; ok && pass < 2;
+         pass++) { // gather into bins by linear sharing, then spread back
+        for (int j = 0; j < hf->ny; j++)
+            for (int i = 0; i < hf->nx; i++) {
+                float *z = hf->z + (size_t)j * (size_t)hf->nx + (size_t)i;
+                const double across =
+                    c * (i - 0.5 * (hf->nx - 1)) + s * (j - 0.5 * (hf->ny - 1)) + bins / 2;
+                const int k = (int)across;
+                const double f = across - k;
+                if (pass == 0) {
+                    sum[k] += (1 - f) * (double)*z;
+                    weight[k] += 1 - f;
+                    sum[k + 1] += f * (double)*z;
+                    weight[k + 1] += f;
+                } else {
+                    *z = (float)((1 - f) * sum[k] + f * sum[k + 1]);
+                }
+            }
+        for (int k = 0; pass == 0 && k < bins; k++)
+            sum[k] = weight[k] > 0 ? sum[k] / weight[k] : 0;
+    }
+    free(sum);
+    free(weight);
+    return ok;
+}
+
+// Least-squares plane over all nodes; the grid is symmetric, so its terms are orthogonal.
+static void level(struct hfield *hf)
+{
+    double mean = 0, sx = 0, sy = 0, xx = 0, yy = 0;
+    const double mx = 0.5 * (hf->nx - 1), my = 0.5 * (hf->ny - 1);
+    for (int j = 0; j < hf->ny; j++)
+        for (int i = 0; i < hf->nx; i++) {
+            const double z = (double)hf->z[(size_t)j * (size_t)hf->nx + (size_t)i];
+            mean += z;
+            sx += z * (i - mx);
+            sy += z * (j - my);
+            xx += (i - mx) * (i - mx);
+            yy += (j - my) * (j - my);
+        }
+    mean /= (double)hf->nx * hf->ny;
+    for (int j = 0; j < hf->ny; j++)
+        for (int i = 0; i < hf->nx; i++)
+            hf->z[(size_t)j * (size_t)hf->nx + (size_t)i] -=
+                (float)(mean + sx / xx * (i - mx) + sy / yy * (j - my));
+}
+
+static double deviation(const struct hfield *hf)
+{
+    double sum = 0, square = 0;
+    const size_t n = (size_t)hf->nx * (size_t)hf->ny;
+    for (size_t k = 0; k < n; k++)
+        sum += (double)hf->z[k];
+    for (size_t k = 0; k < n; k++)
+        square += ((double)hf->z[k] - sum / (double)n) * ((double)hf->z[k] - sum / (double)n);
+    return sqrt(square / (double)n);
+}
+
+static bool finish(struct hfield *hf, const struct bokeh_options *opt, const struct image *im,
+                   struct bokeh_result *res, struct err *e)
+{
+    if (opt->level)
+        level(hf);
+    res->n_periods = hfield_periods(hf, res->period, e);
+    if (res->n_periods < 0)
+        return false;
+    const bool one = res->n_periods == 1 ||
+                     (res->n_periods == 2 &&
+                      fmin(res->period[0].amplitude_m, res->period[1].amplitude_m) <
+                          0.05 * fmax(res->period[0].amplitude_m, res->period[1].amplitude_m));
+    res->averaged =
+        res->n_periods && (opt->lines == BOKEH_1D || (opt->lines == BOKEH_1D_IF_LINES && one));
+    if (res->averaged) {
+        const int k =
+            res->n_periods == 2 && res->period[1].amplitude_m > res->period[0].amplitude_m;
+        if (!average_lines(hf, res->period[k].direction_rad, e))
+            return false;
+    }
+    double f_number = 5.6;
+    meta_num(&im->meta, "aperture", &f_number);
+    if (!isnan(opt->f_number))
+        f_number = opt->f_number;
+    res->cutoff_per_m = 1 / (GREEN_M * f_number);
+    res->sd_m = deviation(hf);
+    meta_set_num(&hf->meta, "nacre.cutoff_per_m", res->cutoff_per_m);
+    meta_set_text(&hf->meta, "nacre.channel", res->channel);
+    return true;
+}
+
+bool bokeh_height(const struct image *im, const struct bokeh_record *rec,
+                  const struct bokeh_options *opt, struct hfield *out, struct bokeh_result *res,
+                  struct err *e)
+{
+    struct image one = {0};
+    struct flat f = {0};
+    struct hfield hf = {0};
+    *res = (struct bokeh_result){0};
+    const char *name = opt->channel ? opt->channel : im->nc == 1 ? "Y" : rec->channel;
+    const int c = im->nc == 1 ? 0 : image_channel_index(im, name);
+    if (c < 0)
+        return err_set(e, ERR_DATA, "the picture has no channel '%s'", name);
+    strncpy(res->channel, name, sizeof res->channel - 1);
+    bool ok = image_channel(im, c, &one, e) && disc_find(&res->disc, one.px, one.w, one.h, e);
+    for (int k = 0; ok && k < 3 && k < im->nc; k++) {
+        struct image other = {0};
+        ok = image_channel(im, k, &other, e);
+        if (ok)
+            res->score[k] = score(other.px, other.w, other.h, &res->disc);
+        image_finish(&other);
+    }
+    ok = ok && flat_init(&f, one.px, one.w, one.h, &res->disc, 6 * rec->sigma_px, e) &&
+         sharpen(&f, rec, &res->iterations, e) && cut_square(&f, &res->disc, rec, &hf, e) &&
+         finish(&hf, opt, im, res, e);
+    if (ok)
+        *out = hf;
+    else
+        hfield_finish(&hf);
+    free(f.px);
+    image_finish(&one);
+    return ok;
+}

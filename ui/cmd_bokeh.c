@@ -1,0 +1,101 @@
+// cmd_bokeh.c - nacre bokeh: the height field that an out-of-focus highlight shows.
+#define _GNU_SOURCE
+#include "core/hfield_file.h"
+#include "core/imgfile.h"
+#include "core/log.h"
+#include "process/bokeh.h"
+#include "ui/commands.h"
+#include <math.h>
+#include <string.h>
+
+struct args {
+    const char *calibration, *channel, *lines, *out;
+    double f_number;
+    bool keep_tilt;
+};
+
+static const struct opt opts[] = {
+    {"calibration", OPT_FILE, offsetof(struct args, calibration), "FILE",
+     .help = "record of nacre calib bokeh", .needed = true},
+    {"channel", OPT_CHOICE, offsetof(struct args, channel), "record|r|g|b", "record",
+     "the channel to read; the record's is the sharpest one of its grating"},
+    {"lines", OPT_CHOICE, offsetof(struct args, lines), "no|yes|auto", "no",
+     "average along the lines of a grating or CD; auto: when there is one direction only"},
+    {"f-number", OPT_NUM, offsetof(struct args, f_number), "N", NULL,
+     "of the lens, for the cut-off in the file (default: the picture's, else 5.6)"},
+    {"keep-tilt", OPT_FLAG, offsetof(struct args, keep_tilt),
+     .help = "do not subtract the mean plane"},
+    {"o", OPT_FILE, offsetof(struct args, out), "HEIGHT",
+     .help = "the height field: .gsf .x3p .exr .pfm .tif", .needed = true},
+    {0},
+};
+
+static void report(const struct bokeh_result *r, const struct hfield *hf, struct doc *d)
+{
+    doc_text(d, "channel", r->channel);
+    if (r->score[1] > 0)
+        doc_nums(d, "channel_scores_rgb", r->score, 3);
+    doc_nums(d, "disc_px", (double[]){r->disc.cx_px, r->disc.cy_px, r->disc.radius_px}, 3);
+    doc_int(d, "iterations", r->iterations);
+    doc_bool(d, "averaged_along_lines", r->averaged);
+    doc_int(d, "nx", hf->nx);
+    doc_int(d, "ny", hf->ny);
+    doc_num(d, "pixel_m", hf->dx_m);
+    for (int k = 0; k < r->n_periods; k++) {
+        struct doc *item = doc_item(d, "periods");
+        doc_num(item, "period_m", r->period[k].period_m);
+        doc_num(item, "direction_deg", r->period[k].direction_rad * 180 / M_PI);
+        doc_num(item, "amplitude_m", r->period[k].amplitude_m);
+    }
+    doc_num(d, "height_sd_m", r->sd_m);
+    double lo = NAN, hi = NAN;
+    hfield_range(hf, &lo, &hi);
+    doc_num(d, "height_range_m", hi - lo);
+    doc_num(d, "cutoff_per_m", r->cutoff_per_m);
+}
+
+static bool run(const void *args_, struct cli *cli, struct err *e)
+{
+    const struct args *args = args_;
+    static const char *const names[] = {"R", "G", "B"};
+    struct bokeh_options opt = {.level = !args->keep_tilt, .f_number = args->f_number};
+    if (strcmp(args->channel, "record"))
+        opt.channel = names[strchr("rgb", args->channel[0]) - "rgb"];
+    opt.lines = !strcmp(args->lines, "no")    ? BOKEH_2D
+                : !strcmp(args->lines, "yes") ? BOKEH_1D
+                                              : BOKEH_1D_IF_LINES;
+    if (args->f_number <= 0)
+        return err_set(e, ERR_DATA, "--f-number %g: must be positive", args->f_number);
+    struct bokeh_record rec;
+    struct image im = {0};
+    struct hfield hf = {0};
+    struct bokeh_result res;
+    bool ok = bokeh_record_read(&rec, args->calibration, e) &&
+              image_read(&im, cli->operand[0], e) && image_check_finite(&im, cli->operand[0], e);
+    if (ok && !bokeh_height(&im, &rec, &opt, &hf, &res, e))
+        ok = err_in(e, "%s", cli->operand[0]);
+    if (ok) {
+        meta_set_text(&hf.meta, "nacre.version", NACRE_VERSION);
+        meta_set_text(&hf.meta, "nacre.command", cli->line);
+        ok = hfield_write(&hf, args->out, NULL, e);
+    }
+    if (ok)
+        report(&res, &hf, cli->doc);
+    hfield_finish(&hf);
+    image_finish(&im);
+    return ok;
+}
+
+const struct command cmd_bokeh = {
+    .name = "bokeh",
+    .summary = "the height field that an out-of-focus highlight shows",
+    .operands = "IMAGE",
+    .min_operands = 1,
+    .max_operands = 1,
+    .opts = opts,
+    .args_size = sizeof(struct args),
+    .notes = "First the rig, from a known grating; then samples photographed with the same focus:\n"
+             "  nacre calib bokeh grating.png --lines 600/mm --blaze 13deg -o bokeh.yaml\n"
+             "  nacre bokeh sample.png --calibration bokeh.yaml -o sample.gsf",
+    .run = run,
+};
