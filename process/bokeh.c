@@ -5,6 +5,7 @@
 #include "process/bspline.h"
 #include "process/deconvolve.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -253,7 +254,7 @@ bool bokeh_height(const struct image *im, const struct bokeh_record *rec,
     const int c = im->nc == 1 ? 0 : image_channel_index(im, name);
     if (c < 0)
         return err_set(e, ERR_DATA, "the picture has no channel '%s'", name);
-    strncpy(res->channel, name, sizeof res->channel - 1);
+    snprintf(res->channel, sizeof res->channel, "%.7s", name);
     bool ok = image_channel(im, c, &one, e) && disc_find(&res->disc, one.px, one.w, one.h, e);
     for (int k = 0; ok && k < 3 && k < im->nc; k++) {
         struct image other = {0};

@@ -2,10 +2,6 @@
 #pragma once
 #include "ui/cli.h"
 
-extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
-extern const struct command cmd_convert;
-extern const struct command cmd_compare;
-extern const struct command cmd_deconvolve;
 extern const struct command cmd_demo;
 extern const struct command cmd_look;
 extern const struct command cmd_doctor;
@@ -18,4 +14,16 @@ extern const struct command cmd_hdr;
 extern const struct command cmd_factor;
 extern const struct command cmd_prefilter;
 extern const struct command cmd_eval;
+extern const struct command cmd_lut;
+extern const struct command cmd_bokeh;
+extern const struct command cmd_deconvolve;
 extern const struct command cmd_tables;
+extern const struct command cmd_eval;
+extern const struct command cmd_prefilter;
+extern const struct command cmd_render;
+extern const struct command cmd_simulate;
+extern const struct command cmd_convert;
+extern const struct command cmd_look;
+extern const struct command cmd_compare;
+extern const struct command cmd_doctor;
+extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program

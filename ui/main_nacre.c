@@ -4,10 +4,18 @@
 // clang-format off
 static const struct command *const commands[] = {
     &cmd_demo,
+    &cmd_hdr,
+    &cmd_lut,
+    &cmd_bokeh,
+    &cmd_deconvolve,
+    &cmd_tables,
+    &cmd_eval,
+    &cmd_prefilter,
+    &cmd_render,
+    &cmd_simulate,
     &cmd_convert,
     &cmd_look,
     &cmd_compare,
-    &cmd_deconvolve,
     &cmd_doctor,
     &cmd_simulate,
     &cmd_capture,
@@ -19,7 +27,6 @@ static const struct command *const commands[] = {
     &cmd_factor,
     &cmd_prefilter,
     &cmd_bench,
-    &cmd_render,
     NULL,
 };
 // clang-format on
