@@ -3,13 +3,8 @@
 #include "ui/cli.h"
 
 extern const struct command cmd_demo;
-extern const struct command cmd_look;
-extern const struct command cmd_doctor;
-extern const struct command cmd_simulate;
 extern const struct command cmd_capture;
 extern const struct command cmd_session;
-extern const struct command cmd_lut;
-extern const struct command cmd_render;
 extern const struct command cmd_hdr;
 extern const struct command cmd_factor;
 extern const struct command cmd_prefilter;

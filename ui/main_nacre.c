@@ -4,6 +4,8 @@
 // clang-format off
 static const struct command *const commands[] = {
     &cmd_demo,
+    &cmd_capture,
+    &cmd_session,
     &cmd_hdr,
     &cmd_lut,
     &cmd_bokeh,
