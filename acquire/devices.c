@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "acquire/devices.h"
 #include "acquire/clock.h"
+#include "acquire/lights.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -17,13 +18,22 @@ static bool open_trigger(struct trig **t, const struct rig *rig, const char *uri
     return *t != NULL;
 }
 
+static bool open_lights(struct trig **t, const struct rig *rig, const char *run,
+                        const struct drivers *drivers, struct err *e)
+{
+    if (!rig->lights_uri || !drivers->keep_lights)
+        return open_trigger(t, rig, rig->lights_uri, run, drivers, e);
+    *t = lights_open(rig, run, e);
+    return *t != NULL;
+}
+
 bool devices_open(struct devices *out, const struct rig *rig, const struct drivers *drivers,
                   cam_on_frame *on_frame, void *ctx, struct err *e)
 {
     struct devices d = {0};
     char run[40]; // unlike that of any other capture on this machine
     snprintf(run, sizeof run, "%x-%llx", (unsigned)getpid(), (unsigned long long)clock_boot_ns());
-    bool ok = open_trigger(&d.lights, rig, rig->lights_uri, run, drivers, e) &&
+    bool ok = open_lights(&d.lights, rig, run, drivers, e) &&
               open_trigger(&d.filters, rig, rig->filters_uri, run, drivers, e);
     if (ok) {
         char *uri = rig_uri(rig, rig->camera.uri, run);

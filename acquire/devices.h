@@ -7,6 +7,7 @@
 struct drivers { // each ends with NULL
     const struct cam_driver *const *cameras;
     const struct trig_driver *const *triggers;
+    bool keep_lights; // lines are held by the process nacre-lights, which has the same triggers
 };
 
 struct devices {

@@ -5,6 +5,7 @@
 #define _GNU_SOURCE
 #include "acquire/shooter.h"
 #include "acquire/clock.h"
+#include "acquire/lights.h"
 #include "acquire/run.h"
 #include "acquire/writer.h"
 #include "core/mem.h"
@@ -16,6 +17,7 @@
 #include <sys/statvfs.h>
 
 enum { TODO = 64, SPARE_JOBS = 12 };
+static const int64_t BEAT_NS = 100000000;
 
 struct shooter {
     struct shooter_order order; // paths are not used after shooter_new
@@ -26,7 +28,7 @@ struct shooter {
     struct session *session;
     struct writer *writer;
     struct run *run;
-    struct loop_source *on_cam, *on_filter, *on_writer, *timer;
+    struct loop_source *on_cam, *on_filter, *on_lights, *on_writer, *timer, *beat;
 
     struct run_action todo[TODO];
     int n_todo;
@@ -343,6 +345,31 @@ static void filter_ready(void *ctx)
     flush(s);
 }
 
+// nacre-lights said something unasked: a line went off by itself, or it was started again. The
+// frame under way will show it, by the time the light went off.
+static void lights_ready(void *ctx)
+{
+    struct shooter *s = ctx;
+    char news[LIGHTS_MESSAGE];
+    struct err e;
+    const bool alive = lights_pump(s->dev.lights, news, sizeof news, &e);
+    if (*news)
+        note(s, "lights", news);
+    if (!alive) {
+        loop_drop(s->on_lights);
+        s->on_lights = NULL;
+        failed(s, &e);
+    }
+    flush(s);
+}
+
+static void beat(void *ctx)
+{
+    struct shooter *s = ctx;
+    lights_beat(s->dev.lights);
+    loop_arm(s->beat, clock_boot_ns() + BEAT_NS);
+}
+
 static void time_came(void *ctx)
 {
     struct shooter *s = ctx;
@@ -388,10 +415,13 @@ static void writer_ready(void *ctx)
     if (s->ending && !writer_waiting(s->writer)) {
         s->ending = false;
         const struct err how = s->how;
-        devices_close(&s->dev);
         loop_drop(s->on_cam);
         loop_drop(s->on_filter);
-        s->on_cam = s->on_filter = NULL;
+        loop_drop(s->on_lights);
+        if (s->beat)
+            loop_arm(s->beat, 0);
+        s->on_cam = s->on_filter = s->on_lights = NULL;
+        devices_close(&s->dev);
         if (s->order.end)
             s->order.end(s->order.ctx, &how); // may free s
     }
@@ -419,6 +449,11 @@ struct shooter *shooter_new(struct loop *l, const struct shooter_order *order, s
         s->on_filter = loop_watch(l, s->dev.filters->fd, filter_ready, s);
     s->on_writer = loop_watch(l, writer_fd(s->writer), writer_ready, s);
     s->timer = loop_timer(l, time_came, s);
+    if (lights_is_kept(s->dev.lights)) {
+        s->on_lights = loop_watch(l, s->dev.lights->fd, lights_ready, s);
+        s->beat = loop_timer(l, beat, s);
+        beat(s);
+    }
     note(s, order->resume ? "resumed" : "started", s->dev.cam->caps.model);
     feed(s, (struct run_event){.kind = RUN_START});
     flush(s);
@@ -431,8 +466,10 @@ void shooter_free(struct shooter *s)
         return;
     loop_drop(s->on_cam);
     loop_drop(s->on_filter);
+    loop_drop(s->on_lights);
     loop_drop(s->on_writer);
     loop_drop(s->timer);
+    loop_drop(s->beat);
     devices_close(&s->dev);
     writer_free(s->writer);
     session_close(s->session);

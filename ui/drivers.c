@@ -8,9 +8,4 @@ static const struct cam_driver *const cameras[] = {
     NULL,
 };
 
-static const struct trig_driver *const triggers[] = {
-    &sim_trig,
-    NULL,
-};
-
-const struct drivers all_drivers = {cameras, triggers};
+const struct drivers all_drivers = {cameras, all_triggers, true};

@@ -2,4 +2,5 @@
 #pragma once
 #include "acquire/devices.h"
 
+extern const struct trig_driver *const all_triggers[]; // ends with NULL
 extern const struct drivers all_drivers;
