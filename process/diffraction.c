@@ -1,86 +1,40 @@
-// diffraction.c - the grid of (u, v): which transforms it needs, in parts that fit in memory.
+// diffraction.c - the grid of (u, v) from transforms, in parts that fit in memory.
+//
+// Columns are done in groups whose cells fit, and a group's transforms in strips of fx that fit:
+// each strip is made once and serves every column and wavelength that reads it. A column takes its
+// wavelengths in the order of fx, so its sums are the same bytes however the strips are cut.
 #include "process/diffraction.h"
+#include "core/log.h"
 #include "core/mem.h"
-#include "process/moments.h"
+#include "process/diffraction_rows.h"
+#include <limits.h>
 #include <math.h>
 #include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
-struct tap { // how one frequency is read
-    int first;
-    float weight[TAPS];
+struct read { // one wavelength of one column
+    double f; // 0 .. 0.5 cycles per node along x
+    int first, l;
+    bool
+        mirrored; // f was negative: the transforms are read at (-fx, -fy), where they are conjugate
 };
 
 struct job {
     const struct diffraction *d;
     const struct diffraction_use *use;
+    struct diffraction_rows rows;
     struct moments m;
-    struct tap *row; // [wavelengths][nv] for the sign of u as given
-    float *gain;     // [wavelengths][nv][3] colour weight times the array factor along y
-    bool *row_used;  // [wavelengths][y.kept]
+    struct read *read;   // [nu][wavelengths], each column's in the order of fx
+    int *done;           // [nu] of them
+    char *cells;         // of the group: [columns][plus, minus][nv]
+    size_t side;         // bytes of [nv] cells, a multiple of 64
+    struct progress bar; // counts reads
 };
 
-// |sum of n copies a period apart|^2 / n^2, n-fold phase difference per copy 2 pi f (f in cycles
-// per period): sin(pi n f) / (n sin(pi f)), whose limit at whole f is +-1. Folding f to the nearest
-// whole number first keeps all digits beside the zeros of the denominator.
-static double array_factor(int n, double f)
+static size_t padded(size_t bytes)
 {
-    const double pi = 3.14159265358979323846, x = f - rint(f);
-    if (fabs(x) * n < 1e-8)
-        return 1;
-    const double a = sin(pi * n * x) / (n * sin(pi * x));
-    return a * a;
-}
-
-// Frequency in cycles per node. A negative fx is read at -f, where the moment is the conjugate.
-static double fold(double u, double step_m, double lambda_m)
-{
-    return taps_fold(u * step_m / lambda_m);
-}
-
-double diffraction_scale(const struct diffraction *d, double lambda_m)
-{
-    const double area = patch_area(d->patch) * d->repeat[0] * d->repeat[1];
-    return d->absolute ? area / (lambda_m * lambda_m) : 1;
-}
-
-static bool make_rows(struct job *job, struct err *e)
-{
-    const struct diffraction *d = job->d;
-    const struct patch *p = d->patch;
-    const size_t nv = (size_t)d->nv, nl = (size_t)d->light->n;
-    bins_init(&job->m.y, p->ny);
-    job->row = sample_alloc(nl * 2 * nv, sizeof *job->row, "table rows", e);
-    job->gain = job->row ? sample_alloc(nl * nv, 3 * sizeof *job->gain, "table rows", e) : NULL;
-    if (!job->gain)
-        return false;
-    for (size_t l = 0; l < nl; l++) {
-        const double lambda_m = d->light->lambda_m[l];
-        const double scale = diffraction_scale(d, lambda_m);
-        for (size_t j = 0; j < nv; j++) {
-            const double f = fold(d->v[j], p->dy_m, lambda_m);
-            const double factor =
-                array_factor(d->repeat[1], d->v[j] * p->dy_m * p->ny / lambda_m) * scale;
-            for (int side = 0; side < 2; side++) { // as it is, and at -f
-                struct tap *t = job->row + (l * 2 + (size_t)side) * nv + j;
-                t->first = taps_at(job->m.y.fine, side ? -f : f, t->weight);
-                bins_need(&job->m.y, side ? -f : f);
-            }
-            for (int c = 0; c < 3; c++)
-                job->gain[(l * nv + j) * 3 + (size_t)c] = (float)(d->light->weight[l][c] * factor);
-        }
-    }
-    bins_close(&job->m.y);
-    const size_t kept = (size_t)job->m.y.kept;
-    job->row_used = sample_alloc(nl * 2, kept, "table rows", e);
-    if (!job->row_used)
-        return false;
-    for (size_t k = 0; k < nl * 2 * nv; k++) {
-        job->row[k].first = bins_slot(&job->m.y, job->row[k].first);
-        memset(job->row_used + k / nv * kept + job->row[k].first, 1, TAPS);
-    }
-    return true;
+    return (bytes + 63) / 64 * 64;
 }
 
 // Eight columns of transforms to one at fx: the long loop of everything, plain and vertical.
@@ -102,135 +56,185 @@ struct scratch {   // of one thread
     float *column; // [y.kept][2][count] transforms at fx
     float *moment; // [nv][2][count] at (fx, fy)
     float *weight; // [nv][3]
-    char *plus, *minus;
 };
 
-static void run_column(const struct job *job, int iu, const struct scratch *s)
+static void add_read(const struct job *job, int iu, const struct read *read, char *cells,
+                     const struct scratch *s)
 {
     const struct diffraction *d = job->d;
     const struct moments *m = &job->m;
     const size_t nv = (size_t)d->nv, kept = (size_t)m->y.kept, cell = 2 * (size_t)m->count;
-    memset(s->plus, 0, nv * job->use->cell);
-    memset(s->minus, 0, nv * job->use->cell);
-    for (int l = 0; l < d->light->n; l++) {
-        const double lambda_m = d->light->lambda_m[l];
-        const double f = fold(d->u[iu], d->patch->dx_m, lambda_m);
-        const bool mirrored = f < 0;
-        float wx[TAPS];
-        const int col = bins_slot(&m->x, taps_at(m->x.fine, fabs(f), wx));
-        const size_t side = (size_t)l * 2 + mirrored;
-        const bool *used = job->row_used + side * kept;
-        for (size_t r = 0; r < kept;) {
-            size_t end = r;
-            while (end < kept && used[end])
-                end++;
-            if (end > r)
-                blend(m->value + ((size_t)col * kept + r) * cell, kept * cell, wx,
-                      s->column + r * cell, (end - r) * cell);
-            r = end + 1;
-        }
-        const struct tap *row = job->row + side * nv;
-        const float *gain = job->gain + (size_t)l * nv * 3;
-        const float along_x =
-            (float)array_factor(d->repeat[0], d->u[iu] * d->patch->dx_m * d->patch->nx / lambda_m);
-        for (size_t j = 0; j < nv; j++) {
-            blend(s->column + (size_t)row[j].first * cell, cell, row[j].weight,
-                  s->moment + j * cell, cell);
-            for (size_t c = 0; c < 3; c++)
-                s->weight[j * 3 + c] = gain[j * 3 + c] * along_x;
-        }
-        // conj M at -f: what was (u, v) is (-u, -v)
-        job->use->add(job->use, l, d->nv, s->moment, s->weight, mirrored ? s->minus : s->plus,
-                      mirrored ? s->plus : s->minus);
+    const size_t list = (size_t)read->l * 2 + read->mirrored;
+    const size_t slot = (size_t)bins_slot(&m->x, read->first);
+    float wx[TAPS];
+    taps_weights(m->x.fine, read->f, wx);
+    const bool *used = job->rows.used + list * kept;
+    for (size_t r = 0, end; r < kept; r = end + 1) {
+        for (end = r; end < kept && used[end];)
+            end++;
+        blend(m->value + (slot * kept + r) * cell, kept * cell, wx, s->column + r * cell,
+              (end - r) * cell);
     }
+    const struct row_tap *row = job->rows.tap + list * nv;
+    const float *gain = job->rows.gain + (size_t)read->l * nv * 3;
+    const double cycles = d->u[iu] * d->patch->dx_m / d->light->lambda_m[read->l];
+    const float along_x = (float)array_factor(d->repeat[0], cycles * d->patch->nx);
+    for (size_t j = 0; j < nv; j++) {
+        blend(s->column + (size_t)row[j].slot * cell, cell, row[j].weight, s->moment + j * cell,
+              cell);
+        for (size_t c = 0; c < 3; c++)
+            s->weight[j * 3 + c] = gain[j * 3 + c] * along_x;
+    }
+    // conj M: what was (u, v) is (-u, -v)
+    job->use->add(job->use, read->l, d->nv, s->moment, s->weight,
+                  cells + (read->mirrored ? job->side : 0),
+                  cells + (read->mirrored ? 0 : job->side));
 }
 
-static size_t padded(size_t bytes)
-{
-    return (bytes + 63) / 64 * 64;
-}
-
-// Columns [first, end) of the grid, whose transforms fit in memory together.
-static bool run_part(struct job *job, int first, int end, diffraction_sink *sink, void *ctx,
-                     struct err *e)
+// All reads of columns [first, end) whose first bin is at most `last`.
+static bool run_strip(struct job *job, int first, int end, int last, struct err *e)
 {
     const struct diffraction *d = job->d;
     if (!moments_fill(&job->m, d->patch, job->use->count, e))
         return false;
-    const size_t cell = 2 * sizeof(float) * (size_t)job->m.count, nv = (size_t)d->nv;
-    const size_t column = padded((size_t)job->m.y.kept * cell), moment = padded(nv * cell);
-    const size_t weight = padded(nv * 3 * sizeof(float)), cells = padded(nv * job->use->cell);
-    const size_t each = column + moment + weight + 2 * cells;
+    const size_t cell = 2 * sizeof(float) * (size_t)job->m.count;
+    const size_t column = padded((size_t)job->m.y.kept * cell);
+    const size_t moment = padded((size_t)d->nv * cell);
+    const size_t each = column + moment + padded((size_t)d->nv * 3 * sizeof(float));
     char *all = sample_alloc((size_t)omp_get_max_threads(), each, "table columns", e);
     if (!all)
         return false;
-#pragma omp parallel
-    {
+#pragma omp parallel for schedule(dynamic)
+    for (int iu = first; iu < end; iu++) {
         char *mine = all + each * (size_t)omp_get_thread_num();
-        const struct scratch s = {
-            .column = (float *)mine,
-            .moment = (float *)(mine + column),
-            .weight = (float *)(mine + column + moment),
-            .plus = mine + column + moment + weight,
-            .minus = mine + column + moment + weight + cells,
-        };
-#pragma omp for schedule(dynamic)
-        for (int bundle = first / DIFFRACTION_BUNDLE; bundle <= (end - 1) / DIFFRACTION_BUNDLE;
-             bundle++)
-            for (int k = 0; k < DIFFRACTION_BUNDLE; k++) {
-                const int iu = bundle * DIFFRACTION_BUNDLE + k;
-                if (iu >= first && iu < end) {
-                    run_column(job, iu, &s);
-                    sink(ctx, iu, s.plus, s.minus);
-                }
-            }
+        const struct scratch s = {.column = (float *)mine,
+                                  .moment = (float *)(mine + column),
+                                  .weight = (float *)(mine + column + moment)};
+        const struct read *read = job->read + (size_t)iu * (size_t)d->light->n;
+        const int before = job->done[iu];
+        while (job->done[iu] < d->light->n && read[job->done[iu]].first <= last)
+            add_read(job, iu, read + job->done[iu]++,
+                     job->cells + (size_t)(iu - first) * 2 * job->side, &s);
+        progress_step(&job->bar, job->done[iu] - before);
     }
     free(all);
     return true;
 }
 
-// Marks what column iu reads along x; returns how many bins are new.
-static int need_column(struct bins *x, const struct diffraction *d, int iu)
+// Marks the bins of as many reads as fit, in the order of fx; returns the last first bin among
+// them, INT_MIN when nothing is left to do, INT_MAX when not even one read fits.
+static int next_strip(struct job *job, int first, int end)
 {
-    int more = 0;
-    for (int l = 0; l < d->light->n; l++)
-        more += bins_need(x, fabs(fold(d->u[iu], d->patch->dx_m, d->light->lambda_m[l])));
-    return more;
+    const struct diffraction *d = job->d;
+    const int nl = d->light->n;
+    int *at = xcalloc((size_t)(end - first), sizeof *at), last = INT_MIN;
+    memcpy(at, job->done + first, (size_t)(end - first) * sizeof *at);
+    for (;;) {
+        int next = INT_MAX;
+        for (int iu = first; iu < end; iu++) {
+            const struct read *read = job->read + (size_t)iu * (size_t)nl;
+            while (at[iu - first] < nl && read[at[iu - first]].first <= last)
+                at[iu - first]++;
+            if (at[iu - first] < nl && read[at[iu - first]].first < next)
+                next = read[at[iu - first]].first;
+        }
+        const size_t bytes =
+            moments_bytes(d->patch, job->use->count, job->m.x.kept + TAPS, job->m.y.kept);
+        if (next == INT_MAX || bytes > d->memory) {
+            free(at);
+            return next < INT_MAX && last == INT_MIN ? INT_MAX : last;
+        }
+        bins_need(&job->m.x, next);
+        last = next;
+    }
+}
+
+static bool run_group(struct job *job, int first, int end, struct err *e)
+{
+    const struct diffraction *d = job->d;
+    for (;;) {
+        bins_init(&job->m.x, d->patch->nx);
+        const int last = next_strip(job, first, end);
+        bool ok = last != INT_MAX;
+        if (!ok)
+            err_set(e, ERR_DATA,
+                    "a strip of the transforms needs %.3g GB, the memory given is %.3g GB",
+                    1e-9 * (double)moments_bytes(d->patch, job->use->count, TAPS, job->m.y.kept),
+                    1e-9 * (double)d->memory);
+        bins_close(&job->m.x);
+        ok = ok && (last == INT_MIN || run_strip(job, first, end, last, e));
+        bins_finish(&job->m.x);
+        if (!ok || last == INT_MIN)
+            return ok;
+    }
+}
+
+static int by_fx(const void *a, const void *b)
+{
+    const struct read *x = a, *y = b;
+    return x->first != y->first ? x->first - y->first : x->l - y->l;
+}
+
+static bool list_reads(struct job *job, struct err *e)
+{
+    const struct diffraction *d = job->d;
+    const size_t nl = (size_t)d->light->n;
+    bins_init(&job->m.x, d->patch->nx);
+    const int fine = job->m.x.fine;
+    bins_finish(&job->m.x);
+    job->done = xcalloc((size_t)d->nu, sizeof *job->done);
+    job->read = sample_alloc((size_t)d->nu * nl, sizeof *job->read, "table columns", e);
+    for (int iu = 0; job->read && iu < d->nu; iu++) {
+        struct read *read = job->read + (size_t)iu * nl;
+        for (size_t l = 0; l < nl; l++) {
+            const double f = taps_fold(d->u[iu] * d->patch->dx_m / d->light->lambda_m[l]);
+            read[l] = (struct read){.f = fabs(f), .l = (int)l, .mirrored = f < 0};
+            read[l].first = taps_first(fine, fabs(f));
+        }
+        qsort(read, nl, sizeof *read, by_fx);
+    }
+    return job->read;
+}
+
+static void sink_group(const struct job *job, int first, int end, diffraction_sink *sink, void *ctx)
+{
+#pragma omp parallel for schedule(dynamic)
+    for (int bundle = first / DIFFRACTION_BUNDLE; bundle <= (end - 1) / DIFFRACTION_BUNDLE;
+         bundle++)
+        for (int k = 0; k < DIFFRACTION_BUNDLE; k++) {
+            const int iu = bundle * DIFFRACTION_BUNDLE + k;
+            const char *cells = job->cells + (size_t)(iu - first) * 2 * job->side;
+            if (iu >= first && iu < end)
+                sink(ctx, iu, cells, cells + job->side);
+        }
 }
 
 bool diffraction_run(const struct diffraction *d, const struct diffraction_use *use,
                      diffraction_sink *sink, void *ctx, struct err *e)
 {
-    struct job job = {.d = d, .use = use};
-    bool ok = make_rows(&job, e);
-    for (int first = 0, end; ok && first < d->nu; first = end) {
-        struct bins fit;
-        bins_init(&job.m.x, d->patch->nx);
-        for (end = first; end < d->nu; end++) { // as many columns as fit
-            bins_copy(&fit, &job.m.x);
-            need_column(&fit, d, end);
-            const size_t bytes = moments_bytes(d->patch, use->count, fit.kept, job.m.y.kept);
-            if (bytes > d->memory && end > first) {
-                bins_finish(&fit);
-                break;
-            }
-            bins_finish(&job.m.x);
-            job.m.x = fit;
-            if (bytes > d->memory)
-                ok = err_set(e, ERR_DATA,
-                             "one column of the table needs %.3g GB for its transforms, the memory "
-                             "given is %.3g GB",
-                             (double)bytes * 1e-9, (double)d->memory * 1e-9);
-            if (!ok)
-                break;
-        }
-        bins_close(&job.m.x);
-        ok = ok && run_part(&job, first, end, sink, ctx, e);
-        bins_finish(&job.m.x);
+    struct job job = {.d = d, .use = use, .side = padded((size_t)d->nv * use->cell)};
+    struct diffraction within = *d;
+    const size_t fit = d->memory / 4 / (2 * job.side);
+    const int group = fit < 1 ? 1 : fit < (size_t)d->nu ? (int)fit : d->nu;
+    within.memory = d->memory - d->memory / 4;
+    job.d = &within;
+    bins_init(&job.m.y, d->patch->ny);
+    bool ok = list_reads(&job, e) && diffraction_rows_init(&job.rows, d, &job.m.y, e);
+    job.cells = ok ? sample_alloc((size_t)group * 2, job.side, "table columns", e) : NULL;
+    ok = job.cells;
+    progress_start(&job.bar, "diffracting", (long)d->nu * d->light->n);
+    for (int first = 0; ok && first < d->nu; first += group) {
+        const int end = first + group < d->nu ? first + group : d->nu;
+        memset(job.cells, 0, (size_t)group * 2 * job.side);
+        ok = run_group(&job, first, end, e);
+        if (ok)
+            sink_group(&job, first, end, sink, ctx);
     }
-    free(job.row);
-    free(job.gain);
-    free(job.row_used);
+    progress_end(&job.bar);
+    free(job.read);
+    free(job.done);
+    free(job.cells);
+    diffraction_rows_finish(&job.rows);
     moments_finish(&job.m);
     return ok;
 }

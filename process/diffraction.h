@@ -15,7 +15,7 @@ struct diffraction {
     int nu, nv;
     int repeat[2]; // copies of the patch in x and y (S13 2.7), 1: just it
     bool absolute; // weights times area of coherence / lambda^2
-    size_t memory; // bytes the transforms may take; the grid is done in parts to keep to it
+    size_t memory; // bytes that transforms and cells may take; done in parts to keep to it
 };
 
 // What |S|^2 is multiplied by: 1, or area of coherence / lambda^2 when absolute.
@@ -36,7 +36,7 @@ struct diffraction_use {
 enum { DIFFRACTION_BUNDLE = 8 };
 typedef void diffraction_sink(void *ctx, int iu, const void *plus, const void *minus);
 
-// ERR_DATA when the memory cannot hold one column's transforms (it names what would); ERR_FILE.
+// ERR_DATA when the memory cannot hold a strip of the transforms (it names what would); ERR_FILE.
 bool diffraction_run(const struct diffraction *d, const struct diffraction_use *use,
                      diffraction_sink *sink, void *ctx, struct err *e);
 

@@ -26,24 +26,13 @@ void bins_init(struct bins *b, int nodes)
         b->slot[k] = -1;
 }
 
-void bins_copy(struct bins *to, const struct bins *from)
+void bins_need(struct bins *b, int first)
 {
-    *to = *from;
-    to->slot = xcalloc(2 * (size_t)from->fine, sizeof(int));
-    memcpy(to->slot, from->slot, 2 * (size_t)from->fine * sizeof(int));
-}
-
-int bins_need(struct bins *b, double f)
-{
-    const int first = (int)ceil(f * b->fine - 0.5 * TAPS); // as taps_at()
-    int more = 0;
     for (int t = 0; t < TAPS; t++) {
         int *slot = b->slot + first + t + origin(b);
-        more += *slot < 0;
+        b->kept += *slot < 0;
         *slot = 0;
     }
-    b->kept += more;
-    return more;
 }
 
 void bins_close(struct bins *b)
@@ -231,14 +220,13 @@ bool moments_fill(struct moments *m, const struct patch *p, int count, struct er
     s.scale_y = axis_scale(p->gy, p->ny, p->centre_y, m->y.fine);
     s.row = fft_new(FFT_R2C, FFT_FLOAT, 1, m->x.fine, 1, false, e);
     s.col = s.row ? fft_new(FFT_FORWARD, FFT_FLOAT, 1, m->y.fine, 1, false, e) : NULL;
-    float *value = s.col ? sample_alloc(cols * rows, 2 * (size_t)count * sizeof *value,
-                                        "transforms of the height field", e)
-                         : NULL;
-    s.half = value ? sample_alloc(cols * (size_t)block_of(count), (size_t)p->ny * sizeof *s.half,
-                                  "transforms of the height field", e)
-                   : NULL;
     free(m->value);
-    m->value = value;
+    m->value = s.col ? sample_alloc(cols * rows, 2 * (size_t)count * sizeof *m->value,
+                                    "transforms of the height field", e)
+                     : NULL;
+    s.half = m->value ? sample_alloc(cols * (size_t)block_of(count), (size_t)p->ny * sizeof *s.half,
+                                     "transforms of the height field", e)
+                      : NULL;
     const bool ok = s.half && run_passes(&s, e);
     free(s.half);
     fft_free(s.row);

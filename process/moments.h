@@ -21,10 +21,9 @@ struct bins {
 };
 
 void bins_init(struct bins *b, int nodes); // none kept
-void bins_copy(struct bins *to, const struct bins *from);
-int bins_need(struct bins *b, double f); // keep what frequency f reads; returns how many are new
-void bins_close(struct bins *b);         // number the slots
-int bins_slot(const struct bins *b, int first); // of taps_at()'s first bin
+void bins_need(struct bins *b, int first); // keep the TAPS bins from taps_first() on
+void bins_close(struct bins *b);           // number the slots
+int bins_slot(const struct bins *b, int first);
 void bins_finish(struct bins *b);
 
 struct moments {

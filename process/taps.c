@@ -21,15 +21,19 @@ double taps_correction(int fine, int offset)
     return bessel_i0(beta) * root / (TAPS * sinh(root));
 }
 
-int taps_at(int fine, double f, float weight[TAPS])
+int taps_first(int fine, double f)
+{
+    return (int)ceil(f * fine - 0.5 * TAPS);
+}
+
+void taps_weights(int fine, double f, float weight[TAPS])
 {
     const double at = f * fine;
-    const int first = (int)ceil(at - 0.5 * TAPS);
+    const int first = taps_first(fine, f);
     for (int t = 0; t < TAPS; t++) {
         const double x = (first + t - at) / (0.5 * TAPS);
         weight[t] = (float)(bessel_i0(beta * sqrt(fmax(0, 1 - x * x))) / bessel_i0(beta));
     }
-    return first;
 }
 
 double taps_fold(double f)

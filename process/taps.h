@@ -12,9 +12,10 @@ enum { TAPS = 8 };
 double taps_correction(int fine,
                        int offset); // factor for the sample `offset` nodes from the centre
 
-// The first bin (negative ones are allowed, bins repeat after `fine`) and the weights of frequency
-// f in [-0.5, 0.5].
-int taps_at(int fine, double f, float weight[TAPS]);
+// The first bin that frequency f in [-0.5, 0.5] reads (negative ones are allowed, bins repeat after
+// `fine`), and the weights of it and the following ones.
+int taps_first(int fine, double f);
+void taps_weights(int fine, double f, float weight[TAPS]);
 
 // f folded to [-0.5, 0.5]: the transform of samples repeats after one cycle per sample.
 double taps_fold(double f);

@@ -309,7 +309,7 @@ TEST(memory_and_threads_change_no_byte)
     struct err e = {0};
     assert_false(tables_make(&b, &s, &hf, &e));
     assert_int_equal(e.code, ERR_DATA);
-    assert_non_null(strstr(e.msg, "one column of the table needs"));
+    assert_non_null(strstr(e.msg, "a strip of the transforms needs"));
     table_finish(&a);
     hfield_finish(&hf);
 }
