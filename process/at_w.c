@@ -5,6 +5,7 @@
 // one sum.
 #define _GNU_SOURCE
 #include "core/mem.h"
+#include "process/bessel.h"
 #include "process/diffraction.h"
 #include <math.h>
 #include <stdlib.h>
@@ -87,15 +88,17 @@ struct diffraction_use *at_w_new(const struct patch *p, const struct spectral *l
         free(a);
         return NULL;
     }
+    double *j = xcalloc((size_t)count, sizeof *j);
     for (size_t l = 0; l < (size_t)light->n; l++)
-        for (int k = 0; k < count; k++) {
-            const int slot = k % 2 ? a->evens + k / 2 : k / 2;
-            float *to = a->coef + (l * (size_t)count + (size_t)slot) * stride;
-            for (int m = 0; m < nw; m++) {
-                const double j = jn(k, z_per_q * w[m] / light->lambda_m[l]);
-                to[m] = (float)((k ? 2 : 1) * (k / 2 % 2 ? -j : j));
+        for (int m = 0; m < nw; m++) {
+            bessel_j(z_per_q * w[m] / light->lambda_m[l], count, j);
+            for (int k = 0; k < count; k++) {
+                const int slot = k % 2 ? a->evens + k / 2 : k / 2;
+                a->coef[(l * (size_t)count + (size_t)slot) * stride + (size_t)m] =
+                    (float)((k ? 2 : 1) * (k / 2 % 2 ? -j[k] : j[k]));
             }
         }
+    free(j);
     return &a->base;
 }
 

@@ -5,6 +5,7 @@
 // are projected, or the second run makes them again.
 #include "process/tables.h"
 #include "core/mem.h"
+#include "process/tables_between.h"
 #include "process/tables_pass.h"
 #include "process/tables_taylor.h"
 #include "process/wbasis.h"
@@ -181,23 +182,57 @@ static void set_meta(struct table *t, const struct tables_pass *p)
     meta_set_num(&t->meta, "nacre.lambda_step_m", s->step_m);
     meta_set_num(&t->meta, "nacre.h_range_m", 2 * p->patch.half_m);
     meta_set_nums(&t->meta, "nacre.pixel_m", (double[]){p->patch.dx_m, p->patch.dy_m}, 2);
+    meta_set_nums(&t->meta, "nacre.nyquist_u",
+                  (double[]){0.5 * p->light.lambda_m[0] / p->patch.dx_m,
+                             0.5 * p->light.lambda_m[0] / p->patch.dy_m},
+                  2);
     meta_set_nums(&t->meta, "nacre.repeat", (double[]){s->repeat[0], s->repeat[1]}, 2);
 }
 
-bool tables_make(struct table *t, const struct tables_spec *s, const struct hfield *hf,
+// Nodes enough for bilinear look-up, as far as the memory for the tables allows.
+static bool choose_size(struct tables_spec *s, const struct tables_pass *p, struct err *e)
+{
+    const int guess = s->count ? s->count : 6;
+    const double bytes = 3.0 * sizeof(float) * guess, error = 0.8 * s->tolerance;
+    const int most = (int)fmin(IMAGE_MAX_SIDE, sqrt((double)s->memory / bytes));
+    if (!tables_size(p, error, most, &s->n, &s->power, e))
+        return false;
+    return s->n <= most ||
+           err_set(e, ERR_DATA,
+                   "an error of %g between nodes too takes about %d nodes at power %d, some %.2g "
+                   "GB: give that memory, or choose a smaller range or a larger tolerance",
+                   s->tolerance, s->n, s->power, bytes * s->n * s->n * 1e-9);
+}
+
+static bool make_any(struct table *t, const struct tables_pass *p, struct err *e)
+{
+    struct between b;
+    if (!(p->spec->basis == TABLE_TAYLOR ? taylor_make : make_linear)(t, p, e) ||
+        !tables_between(p, t->n, t->power, &b, e))
+        return false;
+    set_meta(t, p);
+    meta_set_num(&t->meta, "nacre.error_between", b.all);
+    meta_set_num(&t->meta, "nacre.error_between_away", b.away);
+    meta_set_num(&t->meta, "nacre.light_away", b.light_away);
+    return true;
+}
+
+bool tables_make(struct table *t, const struct tables_spec *spec, const struct hfield *hf,
                  struct err *e)
 {
+    struct tables_spec s = *spec;
     struct tables_pass p = {0};
     struct table got = {0};
-    if (!tables_pass_init(&p, s, hf, e))
+    if (!tables_pass_init(&p, &s, hf, e))
         return false;
-    const bool ok = (s->basis == TABLE_TAYLOR ? taylor_make : make_linear)(&got, &p, e);
-    if (ok) {
-        set_meta(&got, &p);
+    bool ok = s.n > 0 || choose_size(&s, &p, e);
+    if (ok && !spec->n && !s.count)
+        s.tolerance *= 0.5; // with 0.8 between nodes: 0.94 in all
+    ok = ok && tables_pass_nodes(&p, e) && make_any(&got, &p, e);
+    if (ok)
         *t = got;
-    } else {
+    else
         table_finish(&got);
-    }
     tables_pass_finish(&p);
     return ok;
 }

@@ -3,7 +3,9 @@
 // XYZ(u, v, w) = K sum over wavelengths of P cmf |S|^2, normalised on a mirror (a flat field has
 // the light's XYZ at h = (0, 0, w)), kept as a few tables over (u, v) with one curve in w each.
 // meta tells what was done and "nacre.error_l2": the relative L2 error, over all nodes and the
-// whole range of w, when only the first 1, 2, .. tables are used.
+// whole range of w, when only the first 1, 2, .. tables are used. Between nodes bilinear look-up
+// adds "nacre.error_between", and "nacre.error_between_away" outside the mirror's lobe, where the
+// share "nacre.light_away" of the light goes.
 #pragma once
 #include "core/hfield.h"
 #include "core/spectrum.h"
@@ -18,8 +20,9 @@ struct tables_spec {
     const struct spectrum *light; // not owned
     double step_m;                // of wavelength
     bool absolute;                // times area of coherence / lambda^2
-    int n, power;
-    double range; // nodes: table_nodes_check()
+    double range;
+    int n, power; // nodes: table_nodes_check(); n 0: so many that look-up between them meets
+                  // tolerance too, power is then chosen
     enum table_basis basis;
     double w_min, w_max;
     int count;        // tables; 0: the least that meets tolerance

@@ -7,13 +7,15 @@
 
 static bool spec_check(const struct tables_spec *s, struct err *e)
 {
-    if (!table_nodes_check(s->n, s->range, s->power, e))
+    if (!table_nodes_check(s->n ? s->n : 2, s->range, s->power, e))
         return false;
     if (!(s->w_min >= 0 && s->w_min < s->w_max && s->w_max <= 2))
         return err_set(e, ERR_DATA, "bad range of w %g,%g: must rise and lie in 0 to 2", s->w_min,
                        s->w_max);
     if (s->count < 0 || s->count > TABLES_MAX)
         return err_set(e, ERR_DATA, "bad count %d: must be 1 to %d tables", s->count, TABLES_MAX);
+    if (!s->n && !(s->tolerance > 0))
+        return err_set(e, ERR_DATA, "a size chosen by the error needs a tolerance");
     if (!s->count && !(s->tolerance >= 1e-6 && s->tolerance < 1))
         return err_set(e, ERR_DATA, "bad tolerance %g: must be 1e-6 to 1", s->tolerance);
     if (s->repeat[0] < 1 || s->repeat[1] < 1)
@@ -25,18 +27,27 @@ static bool spec_check(const struct tables_spec *s, struct err *e)
 bool tables_pass_init(struct tables_pass *p, const struct tables_spec *s, const struct hfield *hf,
                       struct err *e)
 {
-    struct tables_pass got = {.spec = s, .first = s->n / 2};
+    struct tables_pass got = {.spec = s};
     if (!spec_check(s, e) || !patch_init(&got.patch, hf, s->window, s->coherence_m, e))
         return false;
     if (!spectral_init(&got.light, s->light, s->step_m, e)) {
         patch_finish(&got.patch);
         return false;
     }
-    got.node = xcalloc((size_t)s->n, sizeof *got.node);
-    const struct table nodes = {.n = s->n, .range = s->range, .power = s->power};
-    for (int i = 0; i < s->n; i++)
-        got.node[i] = table_node(&nodes, i);
     *p = got;
+    return true;
+}
+
+bool tables_pass_nodes(struct tables_pass *p, struct err *e)
+{
+    const struct tables_spec *s = p->spec;
+    if (!table_nodes_check(s->n, s->range, s->power, e))
+        return false;
+    const struct table nodes = {.n = s->n, .range = s->range, .power = s->power};
+    p->first = s->n / 2;
+    p->node = xcalloc((size_t)s->n, sizeof *p->node);
+    for (int i = 0; i < s->n; i++)
+        p->node[i] = table_node(&nodes, i);
     return true;
 }
 

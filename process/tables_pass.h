@@ -5,15 +5,17 @@
 #include "process/wnodes.h"
 
 struct tables_pass {
-    const struct tables_spec *spec;
+    const struct tables_spec *spec; // not owned
     struct patch patch;
     struct spectral light;
     double *node; // [n] u of columns, v of rows, owned
     int first;    // columns first .. n-1 have u >= 0; their mirrors come with them
 };
 
+// `s` must outlive the pass. The nodes come with tables_pass_nodes(), when their number is known.
 bool tables_pass_init(struct tables_pass *p, const struct tables_spec *s, const struct hfield *hf,
                       struct err *e);
+bool tables_pass_nodes(struct tables_pass *p, struct err *e);
 void tables_pass_finish(struct tables_pass *p); // accepts a zeroed struct
 
 double tables_pass_scale(const struct tables_pass *p, int l); // diffraction_scale() of a wavelength

@@ -50,6 +50,18 @@ TEST(tables_are_made_and_agree_with_direct_summation)
     assert_int_equal(count_lines(r.out), 4);
 }
 
+TEST(holes_are_filled_when_asked)
+{
+    enter_scratch("cmd_tables_fill");
+    write_heights("h.gsf", true);
+    const struct run r =
+        run_nacre("tables h.gsf --fill --size auto --range 0.1 --tolerance 0.05 -o t.exr");
+    if (r.status)
+        fail_msg("%s", r.err);
+    assert_non_null(strstr(r.err, "h.gsf: filled 1 nodes of 1200"));
+    assert_int_equal(access("t.exr", R_OK), 0);
+}
+
 TEST(a_plain_table_needs_no_w_and_tells_its_sigma)
 {
     struct table t = {0};
@@ -89,6 +101,7 @@ TEST(what_cannot_be_is_refused_in_one_line)
     refused("tables h.gsf --basis fourier -o no.exr", 2, "pod|chebyshev|taylor");
     refused("tables h.gsf --w 1 -o no.exr", 2, "--w needs two numbers");
     refused("tables h.gsf --repeat 1.5 -o no.exr", 2, "--repeat needs whole numbers");
+    refused("tables h.gsf --size big -o no.exr", 2, "--size needs a number of nodes or auto");
     refused("tables h.gsf --size 1 -o no.exr", 3, "bad table size 1");
     refused("tables h.gsf --power 2 -o no.exr", 3, "bad table power 2");
     refused("tables h.gsf --pixel 0um -o no.exr", 3, "node spacings must be positive");
@@ -118,5 +131,6 @@ TEST(what_cannot_be_is_refused_in_one_line)
 }
 
 TEST_MAIN(cmocka_unit_test(tables_are_made_and_agree_with_direct_summation),
+          cmocka_unit_test(holes_are_filled_when_asked),
           cmocka_unit_test(a_plain_table_needs_no_w_and_tells_its_sigma),
           cmocka_unit_test(what_cannot_be_is_refused_in_one_line))

@@ -1,6 +1,7 @@
 // test_tables.c - tables from height fields: against direct summation, and what must not change.
 #include "tests/test.h"
 
+#include "process/bessel.h"
 #include "process/tables.h"
 #include "process/tables_taylor.h"
 #include "tests/direct_ref.h"
@@ -91,6 +92,18 @@ static double stated_error(const struct table *t, int count)
     const struct meta_item *item = meta_find(&t->meta, "nacre.error_l2");
     assert_non_null(item);
     return item->num[count - 1];
+}
+
+TEST(bessel_functions_are_those_of_the_library)
+{
+    static const double z[] = {0, 1e-12, 1e-5, 0.3, 1, 7.7, 52, 331, 2000};
+    double j[400];
+    for (size_t k = 0; k < sizeof z / sizeof *z; k++)
+        for (int n = 1; n <= 400; n += 57) {
+            bessel_j(z[k], n, j);
+            for (int m = 0; m < n; m++)
+                assert_near(j[m], jn(m, z[k]), 1e-14);
+        }
 }
 
 TEST(enough_tables_are_direct_summation)
@@ -197,6 +210,54 @@ TEST(pod_errs_less_than_chebyshev_and_both_state_it)
         }
         hfield_finish(&hf);
     }
+}
+
+// Relative L2 error of bilinear look-up at random points of the plane.
+static double error_between(const struct table *t, const struct tables_spec *s,
+                            const struct hfield *hf, int points)
+{
+    uint32_t state = 5;
+    double apart = 0, all = 0;
+    for (int k = 0; k < points; k++) {
+        const double u = t->range * noise(&state), v = t->range * noise(&state);
+        const double at[3] = {u, v, s->w_min + (s->w_max - s->w_min) * (k + 0.5) / points};
+        double want[3], got[3];
+        direct_ref(hf, s->light, s->step_m, s->coherence_m / 4, s->repeat, false, at, want);
+        table_eval(t, at[0], at[1], at[2], 0, got);
+        for (int c = 0; c < 3; c++) {
+            apart += (got[c] - want[c]) * (got[c] - want[c]);
+            all += want[c] * want[c];
+        }
+    }
+    return sqrt(apart / all);
+}
+
+TEST(between_nodes_the_error_is_stated_and_can_be_asked_for)
+{
+    struct hfield hf = field(ROUGH, 48, 48, 0.3e-6, 0.3e-6, 200e-9);
+    struct tables_spec s = spec(TABLE_POD, 6, 41);
+    s.coherence_m = 14e-6;
+    s.range = 0.2;
+    s.power = 1;
+    double stated;
+    struct table t = make(&s, &hf);
+    assert_true(meta_num(&t.meta, "nacre.error_between", &stated));
+    const double measured = error_between(&t, &s, &hf, 200);
+    assert_true(stated > 0.003 && measured < 2 * stated && measured > stated / 2);
+    table_finish(&t);
+    s.n = s.count = 0;
+    s.tolerance = 0.02;
+    t = make(&s, &hf);
+    assert_true(error_between(&t, &s, &hf, 200) <= s.tolerance);
+    assert_true(t.n < 400); // and not by far
+    table_finish(&t);
+    s.range = 2;
+    s.tolerance = 1e-5;
+    struct err e = {0};
+    assert_false(tables_make(&t, &s, &hf, &e));
+    assert_int_equal(e.code, ERR_DATA);
+    assert_non_null(strstr(e.msg, "an error of 1e-05 between nodes too takes about"));
+    hfield_finish(&hf);
 }
 
 TEST(a_mirror_stays_a_mirror)
@@ -428,10 +489,12 @@ int main(void)
 {
     omp_set_num_threads(1);
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bessel_functions_are_those_of_the_library),
         cmocka_unit_test(enough_tables_are_direct_summation),
         cmocka_unit_test(the_reference_fields_are_met_with_twelve_tables),
         cmocka_unit_test(the_tolerance_is_met_with_the_least_tables),
         cmocka_unit_test(pod_errs_less_than_chebyshev_and_both_state_it),
+        cmocka_unit_test(between_nodes_the_error_is_stated_and_can_be_asked_for),
         cmocka_unit_test(a_mirror_stays_a_mirror),
         cmocka_unit_test(a_shift_changes_nothing_and_a_turn_turns),
         cmocka_unit_test(copies_are_an_array_factor),

@@ -6,6 +6,7 @@
 #include "process/tables.h"
 #include "ui/commands.h"
 #include "ui/heights.h"
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,7 +23,7 @@ struct args {
     double tolerance;
     const char *w;
     double range;
-    int size;
+    const char *size;
     int power;
     bool absolute;
     double memory;
@@ -52,7 +53,8 @@ static const struct opt opts[] = {
      "relative L2 error that chooses the number of tables (default 1e-3)"},
     {"w", OPT_LIST, AT(w), "LO,HI", "0,2", "range of w the error is for"},
     {"range", OPT_NUM, AT(range), "R", "2", "the table holds |u|, |v| <= R"},
-    {"size", OPT_INT, AT(size), "N", "501", "nodes a side"},
+    {"size", OPT_TEXT, AT(size), "N|auto", "501",
+     "nodes a side; auto: N and P so that values between nodes meet the tolerance too"},
     {"power", OPT_INT, AT(power), "P", "5", "odd power that crowds nodes to the middle"},
     {"absolute", OPT_FLAG, AT(absolute), NULL, NULL,
      "values per area of coherence, in place of relative to a mirror"},
@@ -77,7 +79,12 @@ static bool pair(const char *text, const char *option, int least, double out[2],
 static bool make_spec(struct tables_spec *s, const struct args *a, struct err *e)
 {
     double repeat[2], w[2];
-    if (a->count && !isnan(a->tolerance))
+    const bool is_auto = !strcmp(a->size, "auto");
+    char *end;
+    const long size = strtol(a->size, &end, 10);
+    if (!is_auto && (!*a->size || *end))
+        return err_set(e, ERR_USAGE, "--size needs a number of nodes or auto, not '%s'", a->size);
+    if (a->count && !isnan(a->tolerance) && !is_auto)
         return err_set(e, ERR_USAGE, "give --count or --tolerance, not both");
     if (!pair(a->repeat, "repeat", 1, repeat, e) || !pair(a->w, "w", 2, w, e))
         return false;
@@ -92,7 +99,9 @@ static bool make_spec(struct tables_spec *s, const struct args *a, struct err *e
         .repeat = {(int)repeat[0], (int)repeat[1]},
         .step_m = a->step_m,
         .absolute = a->absolute,
-        .n = a->size,
+        .n = is_auto                       ? 0
+             : size > 0 && size <= INT_MAX ? (int)size
+                                           : 1,
         .power = a->power,
         .range = a->range,
         .basis = !strcmp(a->basis, "pod")      ? TABLE_POD
@@ -149,6 +158,16 @@ static void warn_taylor(const struct table *t)
                  error, bound, rounding);
 }
 
+static void note_aliases(const struct table *t)
+{
+    const struct meta_item *limit = meta_find(&t->meta, "nacre.nyquist_u");
+    const double u = limit ? fmin(limit->num[0], limit->num[1]) : 2;
+    if (u < t->range)
+        log_note("heights are too far apart for |u|, |v| above %.3g: there the sum over nodes "
+                 "repeats itself (finer heights, or --range %.3g)",
+                 u, u);
+}
+
 static void report(const struct table *t, const struct args *a, struct cli *cli)
 {
     const struct meta_item *error = meta_find(&t->meta, "nacre.error_l2");
@@ -159,6 +178,12 @@ static void report(const struct table *t, const struct args *a, struct cli *cli)
     doc_num(cli->doc, "error_l2_worst_w", last(&t->meta, "nacre.error_l2_worst_w"));
     if (error)
         doc_nums(cli->doc, "error_l2_by_count", error->num, error->n);
+    doc_int(cli->doc, "size", t->n);
+    doc_int(cli->doc, "power", t->power);
+    doc_num(cli->doc, "error_between", last(&t->meta, "nacre.error_between"));
+    doc_num(cli->doc, "error_between_away", last(&t->meta, "nacre.error_between_away"));
+    doc_num(cli->doc, "light_away", last(&t->meta, "nacre.light_away"));
+    note_aliases(t);
     if (t->basis == TABLE_TAYLOR) {
         static const char *const keys[] = {"taylor_order", "taylor_order_needed", "taylor_bound",
                                            "taylor_rounding"};

@@ -2,6 +2,7 @@
 #include "ui/heights.h"
 #include "core/hfield_file.h"
 #include "core/log.h"
+#include "process/fill.h"
 #include <math.h>
 
 static bool check_holes(const struct hfield *hf, const char *path, struct err *e)
@@ -33,7 +34,12 @@ bool heights_read(struct hfield *hf, const char *path, const struct heights_opts
     struct hfield got = {0};
     if (!hfield_read(&got, path, &hints, e))
         return false;
-    if (!check_holes(&got, path, e)) {
+    long filled = 0;
+    const bool ok = o->fill ? hfield_fill(&got, &filled, e) || err_in(e, "%s", path)
+                            : check_holes(&got, path, e);
+    if (filled)
+        log_note("%s: filled %ld nodes of %ld", path, filled, (long)got.nx * got.ny);
+    if (!ok) {
         hfield_finish(&got);
         return false;
     }
