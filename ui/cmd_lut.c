@@ -67,6 +67,8 @@ static bool pick_channel(const struct image *im, const struct args *a, int *chan
                        : a->lambda_m >= 490e-9 ? "g"
                                                : "b";
     *channel = image_channel_index(im, name);
+    if (*channel < 0 && !a->channel) // a mono camera's, perhaps with variance and mask beside it
+        *channel = image_channel_index(im, "Y");
     if (*channel < 0)
         return err_set(e, ERR_DATA, "no channel %s: the picture has %d channel%s", name, im->nc,
                        im->nc == 1 ? "" : "s");
