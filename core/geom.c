@@ -25,7 +25,7 @@ struct vec3 latlong_dir(double col, double row, int w, int h)
 
 void latlong_pixel(struct vec3 dir, int w, int h, double *col, double *row)
 {
-    const double th = atan2(hypot(dir.x, dir.z), dir.y), ph = atan2(dir.x, -dir.z);
+    const double th = atan2(sqrt(dir.x * dir.x + dir.z * dir.z), dir.y), ph = atan2(dir.x, -dir.z);
     *row = th / M_PI * h - .5;
     *col = (ph + M_PI) / (2 * M_PI) * w - .5;
 }

@@ -42,11 +42,16 @@ bool env_direct(const struct table *t, const struct fresnel *f, const struct env
                 const struct frame *frame, int n, const double (*o)[2], double (*rgb)[3],
                 struct err *e)
 {
-    const int cut = cuts(t, env), h = env->map.h;
-    const size_t room = env_parts_room(env, cut);
-    struct env_part *part = sample_alloc(room * ROWS, sizeof *part, "light", e);
-    if (!part)
+    const int h = env->map.h;
+    struct env_parts light;
+    if (!env_parts_init(&light, env, frame, cuts(t, env), e))
         return false;
+    const size_t room = env_parts_room(&light);
+    struct env_part *part = sample_alloc(room * ROWS, sizeof *part, "light", e);
+    if (!part) {
+        env_parts_finish(&light);
+        return false;
+    }
     for (int k = 0; k < n; k++)
         rgb[k][0] = rgb[k][1] = rgb[k][2] = 0;
     struct progress bar;
@@ -56,7 +61,7 @@ bool env_direct(const struct table *t, const struct fresnel *f, const struct env
         int count[ROWS];
 #pragma omp parallel for schedule(dynamic)
         for (int r = 0; r < rows; r++)
-            count[r] = env_parts(env, frame, row + r, cut, part + room * (size_t)r);
+            count[r] = env_parts_row(&light, row + r, part + room * (size_t)r);
 #pragma omp parallel for schedule(dynamic)
         for (int k = 0; k < n; k++)
             for (int r = 0; r < rows && o[k][0] * o[k][0] + o[k][1] * o[k][1] < 1; r++)
@@ -70,6 +75,7 @@ bool env_direct(const struct table *t, const struct fresnel *f, const struct env
             rgb[k][c] *= 4 * M_PI * M_PI / sqrt(on2);
     }
     free(part);
+    env_parts_finish(&light);
     return true;
 }
 

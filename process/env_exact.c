@@ -43,16 +43,21 @@ static bool gather_light(const struct env_grid *g, const struct environment *env
                          const struct frame *f, double *light, struct err *e)
 {
     const int h = env->map.h, cut = (int)fmax(1, ceil(M_PI / h / g->step));
-    const size_t room = env_parts_room(env, cut);
-    struct env_part *part = sample_alloc(room * ROWS, sizeof *part, "light", e);
-    if (!part)
+    struct env_parts parts;
+    if (!env_parts_init(&parts, env, f, cut, e))
         return false;
+    const size_t room = env_parts_room(&parts);
+    struct env_part *part = sample_alloc(room * ROWS, sizeof *part, "light", e);
+    if (!part) {
+        env_parts_finish(&parts);
+        return false;
+    }
     for (int row = 0; row < h; row += ROWS) {
         const int rows = h - row < ROWS ? h - row : ROWS;
         int count[ROWS];
 #pragma omp parallel for schedule(dynamic)
         for (int r = 0; r < rows; r++)
-            count[r] = env_parts(env, f, row + r, cut, part + room * (size_t)r);
+            count[r] = env_parts_row(&parts, row + r, part + room * (size_t)r);
 #pragma omp parallel for schedule(dynamic)
         for (int s = 0; s < STRIPS; s++)
             for (int r = 0; r < rows; r++)
@@ -61,6 +66,7 @@ static bool gather_light(const struct env_grid *g, const struct environment *env
                              g->side * (s + 1) / STRIPS, light);
     }
     free(part);
+    env_parts_finish(&parts);
     const size_t line = (size_t)g->side * LANE;
 #pragma omp parallel for
     for (int j = 0; j < g->side; j++)

@@ -38,6 +38,8 @@ void separable_axis(const struct factors *f, int filter, const struct frame *fra
                     double axis[2]);
 
 // ERR_DATA: a width that is odd or under 4, fewer than 1 tap.
+bool separable_check(const struct separable *how, struct err *e);
+
 bool env_separable(const struct factors *f, const struct environment *env,
                    const struct frame *frame, const struct separable *how, struct image *out,
                    struct err *e);

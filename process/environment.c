@@ -92,23 +92,50 @@ void environment_radiance(const struct environment *env, struct vec3 dir, double
     const int i = (int)floor(col), j = (int)floor(row);
     catmull_rom(col - i, wx);
     catmull_rom(row - j, wy);
-    rgb[0] = rgb[1] = rgb[2] = 0;
+    double sum[3] = {0};
     for (int q = 0; q < 4; q++) {
         int turn;
         const float *line = row_over_pole(im, j + q - 1, &turn);
+        int x = i - 1 + turn; // -2 to 1.5 w
+        x += x < 0 ? im->w : x >= im->w ? -im->w : 0;
         for (int p = 0; p < 4; p++) {
-            const float *px = line + 3 * ((i + p - 1 + turn + im->w) % im->w);
+            const double weight = wx[p] * wy[q];
             for (int c = 0; c < 3; c++)
-                rgb[c] += wx[p] * wy[q] * px[c];
+                sum[c] += weight * (double)line[3 * x + c];
+            x = x + 1 < im->w ? x + 1 : 0;
         }
     }
     for (int c = 0; c < 3; c++)
-        rgb[c] = fmax(rgb[c], 0);
+        rgb[c] = fmax(sum[c], 0);
 }
 
-size_t env_parts_room(const struct environment *env, int cut)
+bool env_parts_init(struct env_parts *p, const struct environment *env, const struct frame *f,
+                    int cut, struct err *e)
 {
-    return (size_t)env->map.w * (size_t)cut * (size_t)cut;
+    const int columns = env->map.w * cut;
+    *p = (struct env_parts){env, *f, cut, NULL};
+    p->azimuth = sample_alloc((size_t)columns, sizeof *p->azimuth, "light", e);
+    if (!p->azimuth)
+        return false;
+    for (int k = 0; k < columns; k++) {
+        const double phi = (k + .5) / columns * 2 * M_PI - M_PI, s = sin(phi), c = cos(phi);
+        p->azimuth[k][0] = s * f->t.x - c * f->t.z;
+        p->azimuth[k][1] = s * f->b.x - c * f->b.z;
+        p->azimuth[k][2] = s * f->n.x - c * f->n.z;
+        p->azimuth[k][3] = c * f->n.x + s * f->n.z;
+    }
+    return true;
+}
+
+void env_parts_finish(struct env_parts *p)
+{
+    free(p->azimuth);
+    *p = (struct env_parts){0};
+}
+
+size_t env_parts_room(const struct env_parts *p)
+{
+    return (size_t)p->env->map.w * (size_t)p->cut * (size_t)p->cut;
 }
 
 // A line of the map between its rows, with two pixels of the other end on either side.
@@ -129,47 +156,58 @@ static void blend_rows(const struct image *im, double row, float *line /* [w + 4
     memcpy(line + 3 * (w + 2), line + 6, 6 * sizeof *line);
 }
 
-int env_parts(const struct environment *env, const struct frame *f, int row, int cut,
-              struct env_part *out)
+// What one line of parts has in common.
+struct ring {
+    double sine, cosine;   // of the polar angle
+    double step_th, width; // angular height and width of a part
+    double sr;             // solid angle
+};
+
+// One part from four neighbours in its line; false when it is dark or below the horizon.
+static bool make_part(const struct env_parts *p, const struct ring *r, const double *azimuth,
+                      const float *px, const double wx[4], struct env_part *out)
 {
-    const struct image *im = &env->map;
+    double rgb[3];
+    for (int c = 0; c < 3; c++)
+        rgb[c] = fmax(0, wx[0] * (double)px[c] + wx[1] * (double)px[c + 3] +
+                             wx[2] * (double)px[c + 6] + wx[3] * (double)px[c + 9]);
+    if (!(rgb[0] + rgb[1] + rgb[2] > 0))
+        return false;
+    const struct frame *f = &p->frame;
+    const double n = r->sine * azimuth[2] + r->cosine * f->n.y;
+    // How far n changes from the middle of the part to its edge: the horizon may cross it.
+    const double edge = .5 * (fabs(r->cosine * azimuth[2] - r->sine * f->n.y) * r->step_th +
+                              fabs(azimuth[3]) * r->width);
+    if (n <= -edge)
+        return false;
+    const double sr = n >= edge ? r->sr : r->sr * .5 * (1 + n / edge);
+    *out = (struct env_part){r->sine * azimuth[0] + r->cosine * f->t.y,
+                             r->sine * azimuth[1] + r->cosine * f->b.y,
+                             n >= edge ? n : .5 * (n + edge),
+                             {sr * rgb[0], sr * rgb[1], sr * rgb[2]}};
+    return true;
+}
+
+int env_parts_row(const struct env_parts *p, int row, struct env_part *out)
+{
+    const struct image *im = &p->env->map;
+    const int cut = p->cut;
+    const double step_th = M_PI / (im->h * cut), step_phi = 2 * M_PI / (im->w * cut);
     float *line = xcalloc((size_t)im->w + 4, 3 * sizeof *line);
-    const double step_phi = 2 * M_PI / (im->w * cut), step_th = M_PI / (im->h * cut);
     int n = 0;
     for (int y = 0; y < cut; y++) {
         const double th0 = (row * cut + y) * step_th, th = th0 + .5 * step_th;
-        const double sr = step_phi * (cos(th0) - cos(th0 + step_th)), s = sin(th), cy = cos(th);
+        const struct ring ring = {sin(th), cos(th), step_th, sin(th) * step_phi,
+                                  step_phi * (cos(th0) - cos(th0 + step_th))};
         blend_rows(im, row + (y + .5) / cut - .5, line);
         for (int x = 0; x < cut; x++) {
             const double at = (x + .5) / cut - .5;
             const int shift = (int)floor(at);
             double wx[4];
             catmull_rom(at - shift, wx);
-            for (int i = 0; i < im->w; i++) {
-                const float *px = line + 3 * (i + shift + 1);
-                double rgb[3];
-                for (int c = 0; c < 3; c++)
-                    rgb[c] = fmax(0, wx[0] * px[c] + wx[1] * px[c + 3] + wx[2] * px[c + 6] +
-                                         wx[3] * px[c + 9]);
-                if (!(rgb[0] + rgb[1] + rgb[2] > 0))
-                    continue;
-                const double phi = (i + at + .5) / im->w * 2 * M_PI - M_PI;
-                const double sp = sin(phi), cp = -cos(phi);
-                const struct vec3 d = frame_local(f, v3(s * sp, cy, s * cp));
-                // How far n changes from the middle of the part to its edge: the horizon may cross
-                // it.
-                const double edge =
-                    .5 * (fabs(f->n.x * cy * sp - f->n.y * s + f->n.z * cy * cp) * step_th +
-                          fabs(f->n.z * sp - f->n.x * cp) * s * step_phi);
-                if (d.z <= -edge)
-                    continue;
-                const bool whole = d.z >= edge;
-                const double above = whole ? sr : sr * .5 * (1 + d.z / edge);
-                out[n++] = (struct env_part){d.x,
-                                             d.y,
-                                             whole ? d.z : .5 * (d.z + edge),
-                                             {above * rgb[0], above * rgb[1], above * rgb[2]}};
-            }
+            for (int i = 0; i < im->w; i++)
+                n += make_part(p, &ring, p->azimuth[i * cut + x], line + 3 * (i + shift + 1), wx,
+                               &out[n]);
         }
     }
     free(line);

@@ -22,13 +22,22 @@ void environment_finish(struct environment *env); // accepts a zeroed struct
 
 void environment_radiance(const struct environment *env, struct vec3 dir, double rgb[3]);
 
-// Light in parts: each pixel of a row cut into cut x cut pieces small enough to be points.
+// Light in parts: each pixel cut into cut x cut pieces small enough to be points.
 struct env_part {
     double t, b, n;  // direction cosines in the frame, n >= 0
     double power[3]; // radiance times solid angle
 };
-// The parts of one pixel row that are in front of the surface and not dark, in order of angle;
-// out has room for env_parts_room(). A part that the horizon crosses counts with what is above it.
-int env_parts(const struct environment *env, const struct frame *f, int row, int cut,
-              struct env_part *out);
-size_t env_parts_room(const struct environment *env, int cut);
+struct env_parts {
+    const struct environment *env; // not owned
+    struct frame frame;
+    int cut;
+    double (*azimuth)[4]; // [w * cut] what a column adds to t, b, n, and to dn/dphi; owned
+};
+bool env_parts_init(struct env_parts *p, const struct environment *env, const struct frame *f,
+                    int cut, struct err *e);
+void env_parts_finish(struct env_parts *p);
+
+// The parts of one pixel row that are in front of the surface and not dark; out has room for
+// w * cut * cut. A part that the horizon crosses counts with what is above it.
+int env_parts_row(const struct env_parts *p, int row, struct env_part *out);
+size_t env_parts_room(const struct env_parts *p);

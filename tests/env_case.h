@@ -66,30 +66,33 @@ static inline struct table case_table(int n, double range, int power)
 }
 
 // The judge: the sky and pattern themselves, no map and no table, midpoints over the hemisphere in
-// the sample's polar coordinates.
+// the sample's polar coordinates. rgb[0] with constant Fresnel, rgb[1] with Schlick's.
 static inline void case_truth(const struct frame *f, const struct frame *turn, double range,
-                              bool schlick, double r0, double ot, double ob, double rgb[3])
+                              double r0, const double o[2], double rgb[2][3])
 {
     enum { RINGS = 500, SPOKES = 1400 };
-    const double on = sqrt(1 - ot * ot - ob * ob);
-    rgb[0] = rgb[1] = rgb[2] = 0;
+    const double on = sqrt(1 - o[0] * o[0] - o[1] * o[1]);
+    memset(rgb, 0, 6 * sizeof **rgb);
     for (int a = 0; a < RINGS; a++) {
         const double i_n = (a + .5) / RINGS, rho = sqrt(1 - i_n * i_n);
         for (int s = 0; s < SPOKES; s++) {
             const double phi = 2 * M_PI * (s + .5) / SPOKES;
-            const double it = rho * cos(phi), ib = rho * sin(phi), x = it * ot + ib * ob + i_n * on;
-            if (fabs(it + ot) > range || fabs(ib + ob) > range)
+            const double it = rho * cos(phi), ib = rho * sin(phi);
+            if (fabs(it + o[0]) > range || fabs(ib + o[1]) > range)
                 continue;
-            double sky[3], weight = (1 + x) * (1 + x);
-            if (schlick)
-                weight *= 1 + (1 - r0) / r0 * pow(1 - sqrt((1 + x) / 2), 5);
+            const double x = it * o[0] + ib * o[1] + i_n * on, z = (1 + x) * (1 + x);
+            const double fresnel = 1 + (1 - r0) / r0 * pow(1 - sqrt((1 + x) / 2), 5);
+            double sky[3];
             case_sky(frame_local(turn, frame_world(f, v3(it, ib, i_n))), sky);
-            for (int c = 0; c < 3; c++)
-                rgb[c] += weight * case_pattern(it + ot, ib + ob, c) * sky[c];
+            for (int c = 0; c < 3; c++) {
+                const double light = z * case_pattern(it + o[0], ib + o[1], c) * sky[c];
+                rgb[0][c] += light;
+                rgb[1][c] += light * fresnel;
+            }
         }
     }
-    for (int c = 0; c < 3; c++)
-        rgb[c] *= 4 * M_PI * M_PI / on * 2 * M_PI / RINGS / SPOKES;
+    for (int k = 0; k < 6; k++)
+        rgb[k / 3][k % 3] *= 4 * M_PI * M_PI / on * 2 * M_PI / RINGS / SPOKES;
 }
 
 static const struct frame case_axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

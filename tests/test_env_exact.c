@@ -32,45 +32,54 @@ static void compare(struct off *o, const double *got, const double *want)
     }
 }
 
+enum { SPOTS = 12 };
+
+// Nodes of a 65 x 65 map, out to 0.97 from the middle.
+static void spot(int k, int node[2], double o[2])
+{
+    const double r = sqrt((k + .5) / 12.3), a = 2.4 * k;
+    node[0] = (int)lround(32 + 32 * r * cos(a));
+    node[1] = (int)lround(32 + 32 * r * sin(a));
+    for (int x = 0; x < 2; x++)
+        o[x] = env_map_cosine(node[x], 65);
+}
+
 TEST(exact_and_direct_agree_with_an_independent_integral)
 {
     struct environment env = case_environment(128, &case_axes);
     const struct frame frame = case_frame(.3, .8, -.2, -.1, .4, .9);
-    static const int powers[] = {1, 3};
-    for (int p = 0; p < 2; p++) {
-        struct table t = case_table(p ? 301 : 161, .5, powers[p]);
-        struct image map[2];
-        for (int s = 0; s < 2; s++)
-            map[s] = filtered(&t, &fresnels[s], &env, &frame, 65);
-        struct off exact[2] = {0}, direct = {0};
-        for (int k = 0; k < 12; k++) {
-            const double r = sqrt((k + .5) / 12.3), a = 2.4 * k; // out to 0.97
-            const int i = (int)lround(32 + 32 * r * cos(a)), j = (int)lround(32 + 32 * r * sin(a));
-            const double o[2] = {env_map_cosine(i, 65), env_map_cosine(j, 65)};
-            for (int s = 0; s < 2; s++) {
-                double want[3], got[3], rgb[3];
-                struct err e = {0};
-                case_truth(&frame, &case_axes, .5, fresnels[s].schlick, .04, o[0], o[1], want);
-                for (int c = 0; c < 3; c++)
-                    got[c] = (double)map[s].px[(j * 65 + i) * 3 + c];
-                compare(&exact[s], got, want);
-                if (p || s || k % 4)
-                    continue;
-                assert_true(env_direct(&t, &fresnels[s], &env, &frame, 1, (const double(*)[2]) & o,
-                                       &rgb, &e));
-                compare(&direct, rgb, want);
-            }
+    double want[SPOTS][2][3];
+#pragma omp parallel for
+    for (int k = 0; k < SPOTS; k++) {
+        int node[2];
+        double o[2];
+        spot(k, node, o);
+        case_truth(&frame, &case_axes, .5, .04, o, want[k]);
+    }
+    for (int q = 0; q < 4; q++) {
+        const int power = q / 2 ? 3 : 1, s = q % 2;
+        struct table t = case_table(q / 2 ? 301 : 161, .5, power);
+        struct image map = filtered(&t, &fresnels[s], &env, &frame, 65);
+        struct off exact = {0}, direct = {0};
+        for (int k = 0; k < SPOTS; k++) {
+            int node[2];
+            double o[1][2], got[3], rgb[1][3];
+            struct err e = {0};
+            spot(k, node, o[0]);
+            for (int c = 0; c < 3; c++)
+                got[c] = (double)map.px[(node[1] * 65 + node[0]) * 3 + c];
+            compare(&exact, got, want[k][s]);
+            if (power > 1 || k % 4)
+                continue;
+            assert_true(
+                env_direct(&t, &fresnels[s], &env, &frame, 1, (const double(*)[2])o, rgb, &e));
+            compare(&direct, rgb[0], want[k][s]);
         }
-        for (int s = 0; s < 2; s++) {
-            print_message("power %d %s: L2 %.1e, worst %.1e\n", powers[p],
-                          s ? "Schlick" : "constant", sqrt(exact[s].sum / exact[s].all),
-                          exact[s].worst);
-            assert_true(sqrt(exact[s].sum / exact[s].all) < 1e-3);
-            assert_true(exact[s].worst < 5e-3);
-            image_finish(&map[s]);
-        }
-        if (!p)
-            assert_true(sqrt(direct.sum / direct.all) < 1e-3);
+        print_message("power %d %s: L2 %.1e, worst %.1e\n", power, s ? "Schlick" : "constant",
+                      sqrt(exact.sum / exact.all), exact.worst);
+        assert_true(sqrt(exact.sum / exact.all) < 1e-3 && exact.worst < 5e-3);
+        assert_true(power > 1 || sqrt(direct.sum / direct.all) < 1e-3);
+        image_finish(&map);
         table_finish(&t);
     }
     environment_finish(&env);
@@ -113,7 +122,7 @@ TEST(the_reference_environment_is_met)
             for (int c = 0; c < 3; c++)
                 got[c] = map_at(&map, v[0], v[1], c);
             compare(&exact, got, v + 2 + 3 * s);
-            if (direct.all > 0 && fabs(v[1]) < .55)
+            if (direct.all > 0 && fabs(v[1]) < .6)
                 continue; // the judge is slow: the middle and the rim will do
             const double o[1][2] = {{v[0], v[1]}};
             assert_true(env_direct(&t, &fresnels[s], &env, &frame, 1, o, &rgb, &e));

@@ -64,10 +64,13 @@ TEST(parts_add_up_to_the_hemisphere_and_its_projected_area)
     struct environment env = flat(32, 1);
     const struct frame f = case_frame(.2, .7, -.4, .5, .3, .6);
     for (int cut = 1; cut <= 4; cut++) {
-        struct env_part *p = xcalloc(env_parts_room(&env, cut), sizeof *p);
+        struct env_parts parts;
+        struct err e = {0};
+        assert_true(env_parts_init(&parts, &env, &f, cut, &e));
+        struct env_part *p = xcalloc(env_parts_room(&parts), sizeof *p);
         double sr = 0, area = 0, skew = 0;
         for (int row = 0; row < 32; row++)
-            for (int k = env_parts(&env, &f, row, cut, p) - 1; k >= 0; k--) {
+            for (int k = env_parts_row(&parts, row, p) - 1; k >= 0; k--) {
                 sr += p[k].power[0];
                 area += p[k].power[0] * p[k].n;
                 skew += p[k].power[0] * p[k].t;
@@ -76,6 +79,7 @@ TEST(parts_add_up_to_the_hemisphere_and_its_projected_area)
         assert_near(area, M_PI, 1e-2 / cut / cut);
         assert_near(skew, 0, 1e-2 / cut / cut);
         free(p);
+        env_parts_finish(&parts);
     }
     environment_finish(&env);
 }
@@ -84,15 +88,19 @@ TEST(dark_pixels_have_no_parts)
 {
     struct environment env = flat(32, 0);
     env.map.px[(10 * 64 + 20) * 3 + 2] = 1;
-    struct env_part *p = xcalloc(env_parts_room(&env, 2), sizeof *p);
     struct frame f;
+    struct env_parts parts;
+    struct err e = {0};
     const struct vec3 d = latlong_dir(20, 10, 64, 32);
     assert_true(frame_from(v3(d.y, -d.x, d.z + 1), d, &f));
+    assert_true(env_parts_init(&parts, &env, &f, 2, &e));
+    struct env_part *p = xcalloc(env_parts_room(&parts), sizeof *p);
     int n = 0;
     for (int row = 0; row < 32; row++)
-        n += env_parts(&env, &f, row, 2, p);
+        n += env_parts_row(&parts, row, p);
     assert_true(n > 0 && n <= 64); // the pixel's own and those that its cubic reaches
     free(p);
+    env_parts_finish(&parts);
     environment_finish(&env);
 }
 

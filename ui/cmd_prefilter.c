@@ -5,6 +5,8 @@
 #include "process/env_direct.h"
 #include "process/env_exact.h"
 #include "process/env_separable.h"
+#include "render/env_gl.h"
+#include "render/gl.h"
 #include "ui/commands.h"
 #include "ui/read_lut.h"
 #include <math.h>
@@ -21,6 +23,7 @@ struct args {
     bool align;
     const char *passes;
     int taps;
+    const char *backend;
     int size;
     const char *out;
 };
@@ -46,6 +49,8 @@ static const struct opt opts[] = {
     {"passes", OPT_CHOICE, AT(passes), "2|4", "4",
      "4 turn the map to the sample and back, which keeps lines straight (separable)"},
     {"taps", OPT_INT, AT(taps), "N", "256", "of a filter (separable)"},
+    {"backend", OPT_CHOICE, AT(backend), "auto|gl|cpu", "auto",
+     "auto is gl on a graphics card, cpu where OpenGL draws in software (separable)"},
     {"size", OPT_INT, AT(size), "N", NULL, "nodes a side; separable: columns of the map", UNIT_NONE,
      true},
     {"o", OPT_FILE, AT(out), "OUT", NULL, "the map: .exr .pfm .hdr", UNIT_NONE, true},
@@ -109,6 +114,25 @@ static bool exact(const struct job *j, struct doc *d, struct image *out, struct 
     return ok;
 }
 
+// On OpenGL when that is asked for, or when it is more than software.
+static bool blurs(const struct job *j, const struct factors *f, const struct separable *how,
+                  struct doc *d, struct image *out, struct err *e)
+{
+    struct gl_context *gl = NULL;
+    struct err none = {0};
+    const char *backend = j->a->backend;
+    if (strcmp(backend, "cpu") && !gl_context_open(&gl, &none) && !strcmp(backend, "gl")) {
+        *e = none;
+        return false;
+    }
+    const bool on_gl = gl && (!strcmp(backend, "gl") || !env_gl_is_software());
+    doc_text(d, "backend", on_gl ? gl_name() : "cpu");
+    const bool ok = on_gl ? env_gl_separable(f, j->env, &j->frame, how, out, e)
+                          : env_separable(f, j->env, &j->frame, how, out, e);
+    gl_context_close(gl);
+    return ok;
+}
+
 static bool separable(const struct job *j, struct doc *d, struct image *out, struct err *e)
 {
     const struct separable how = {j->a->size, j->a->taps, !strcmp(j->a->passes, "4")};
@@ -119,7 +143,7 @@ static bool separable(const struct job *j, struct doc *d, struct image *out, str
                        "constant");
     if (!factor(&f, j->lut, j->a->rank, j->a->align, true, e))
         return err_in(e, "%s", j->a->lut);
-    const bool ok = env_separable(&f, j->env, &j->frame, &how, out, e);
+    const bool ok = blurs(j, &f, &how, d, out, e);
     doc_text(d, "kind", factor_kind_names[f.kind]);
     doc_int(d, "rank", f.rank);
     doc_num(d, "rank_error", f.error[4 * (f.rank - 1) + 3]);
