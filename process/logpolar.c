@@ -19,6 +19,35 @@ static double farthest(const struct lp_source *s, const struct lp_kernel *k,
     return fmin(reach / shrink, nodes->x[nodes->n - 1]);
 }
 
+// Whether L(-x, -y) = L(x, y): by the noise where it is known (the differences are what two
+// variances make), else within the tolerance. Only asked where the picture holds all that the nodes
+// look at.
+static bool is_symmetric(const struct lp_picture *p, const struct lp_source *s,
+                         const struct lp_kernel *k, const struct lp_nodes *nodes, double tolerance)
+{
+    enum { PROBES = 64 }; // a side, over one half
+    double grow = 0, difference = 0, size = 0, noise = 0;
+    for (int q = 0; q < k->n; q++)
+        grow = fmax(grow, exp(k->s[q]));
+    const double reach = nodes->x[nodes->n - 1] * grow;
+    for (int q = 0; q < 4; q++)
+        if (reach > s->reach[q] - 2)
+            return false;
+    for (int j = 0; j <= PROBES / 2; j++)
+        for (int i = 0; i <= PROBES; i++) {
+            // whole pixels on one side, where samples have the variance that the picture states
+            const double x = round(p->cx + reach * (2.0 * i / PROBES - 1));
+            const double y = round(p->cy + reach * 2.0 * j / PROBES);
+            const double here = lp_source_at(s, x - p->cx, y - p->cy);
+            const double there = lp_source_at(s, p->cx - x, p->cy - y);
+            difference += (here - there) * (here - there);
+            size += here * here;
+            if (p->variance)
+                noise += 2 * (double)p->variance[(size_t)y * (size_t)p->w + (size_t)x];
+        }
+    return difference <= fmax(tolerance * tolerance * size, 1.1 * noise);
+}
+
 bool lp_correlate(const struct lp_picture *p, const struct lp_kernel *k,
                   const struct lp_nodes *nodes, double density, double tolerance, float *out,
                   struct lp_stats *stats, struct err *e)
@@ -33,14 +62,16 @@ bool lp_correlate(const struct lp_picture *p, const struct lp_kernel *k,
     int n = 0;
     bool ok = true;
     double a = farthest(&source, k, nodes);
+    stats->symmetric = is_symmetric(p, &source, k, nodes, tolerance);
     for (; ok && a > 2 && n < MAX_RINGS; a *= 0.5) {
         const double spacing = (n < 2 ? 1 : 0.5) / density; // fine rings are cheap further in
-        ok = lp_ring_init(&ring[n], &source, k, a, spacing, tolerance, &counts, e);
+        ok =
+            lp_ring_init(&ring[n], &source, k, a, spacing, tolerance, stats->symmetric, &counts, e);
         n += ok;
     }
-    ok = ok && lp_middle_init(&middle, &source, k, a, 0.5 / density, e);
+    ok = ok && lp_middle_init(&middle, &source, k, a, 0.5 / density, stats->symmetric, e);
     if (ok) {
-        const double empty = (double)lp_read_nodes(ring, n, &middle, nodes, out);
+        const double empty = (double)lp_read_nodes(ring, n, &middle, nodes, stats->symmetric, out);
         stats->nodes = empty / ((double)nodes->n * nodes->n);
         stats->rays = counts.samples > 0 ? counts.samples_skipped / counts.samples : 0;
         stats->radii = counts.results > 0 ? counts.results_skipped / counts.results : 0;

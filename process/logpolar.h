@@ -15,7 +15,8 @@
 struct lp_picture {
     const float *px; // [h][w], finite; 0 beyond its frame
     int w, h;
-    double cx, cy; // px, where x = y = 0
+    double cx, cy;         // px, where x = y = 0
+    const float *variance; // [h][w] of px; NULL: not known
 };
 
 struct lp_kernel {
@@ -33,7 +34,7 @@ struct lp_nodes {
 // Shares of the work that was not there, 0..1.
 struct lp_stats {
     double rays, radii, nodes;
-    bool symmetric; // L(-x, -y) = L(x, y) within tolerance: half was computed
+    bool symmetric; // L(-x, -y) = L(x, y) within noise or tolerance: half was computed
 };
 
 // Samples a pixel that represent the picture within `tolerance` (relative): 0.7 to 2.

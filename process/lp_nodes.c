@@ -92,8 +92,8 @@ static void middle_line(const struct lp_middle *m, double y, struct line *l)
     l->offset = m->middle;
 }
 
-// The node at x of a line; 1 when there is no signal.
-static inline long read_node(const struct line *l, double x, float *out)
+// The node at x of a line, into `out` and `twin`; 1 when there is no signal.
+static inline long read_node(const struct line *l, double x, float *out, float *twin)
 {
     const double at = x * l->scale + l->offset;
     const int i = (int)at;
@@ -105,6 +105,7 @@ static inline long read_node(const struct line *l, double x, float *out)
     const color4 sum =
         w[0] * v[0] + w[1] * v[1] + w[2] * v[2] + w[3] * v[3] + w[4] * v[4] + w[5] * v[5];
     memcpy(out, &sum, 3 * sizeof *out);
+    memcpy(twin, &sum, 3 * sizeof *twin);
     return 0;
 }
 
@@ -124,8 +125,21 @@ struct job {
     int n_rings;
     const struct lp_middle *middle;
     const struct lp_nodes *nodes;
+    bool symmetric;
     float *out;
 };
+
+static inline float *node_at(const struct job *job, int i, int j)
+{
+    return job->out + ((size_t)j * (size_t)job->nodes->n + (size_t)i) * 3;
+}
+
+// The node opposite to (i, j) where it is its copy, else the node itself.
+static inline float *twin_of(const struct job *job, int i, int j)
+{
+    const int last = job->nodes->n - 1;
+    return job->symmetric ? node_at(job, last - i, last - j) : node_at(job, i, j);
+}
 
 // Sectors +-x: columns i0 .. i1 - 1, all on one side; node (i, j) with |x_j| <= |x_i|.
 static long read_columns(const struct job *job, int i0, int i1, struct line lines[COLUMNS])
@@ -147,8 +161,8 @@ static long read_columns(const struct job *job, int i0, int i1, struct line line
     for (int j = 0; j < n; j++)
         for (int i = i0; i < i1; i++)
             if (has[i - i0] && abs(2 * j - (n - 1)) <= abs(2 * i - (n - 1)))
-                empty += read_node(&lines[i - i0], nodes->x[j],
-                                   job->out + ((size_t)j * (size_t)n + (size_t)i) * 3);
+                empty +=
+                    read_node(&lines[i - i0], nodes->x[j], node_at(job, i, j), twin_of(job, i, j));
     return empty;
 }
 
@@ -167,7 +181,7 @@ static long read_row(const struct job *job, int j, struct line *l)
         return last - first + 1;
     long empty = 0;
     for (int i = first; i <= last; i++)
-        empty += read_node(l, nodes->x[i], job->out + ((size_t)j * (size_t)n + (size_t)i) * 3);
+        empty += read_node(l, nodes->x[i], node_at(job, i, j), twin_of(job, i, j));
     return empty;
 }
 
@@ -177,21 +191,21 @@ static void read_middle(const struct job *job, int j, int first, int last, struc
     const struct lp_nodes *nodes = job->nodes;
     middle_line(job->middle, nodes->x[j], l);
     for (int i = first; i <= last; i++)
-        read_node(l, nodes->x[i], job->out + ((size_t)j * (size_t)nodes->n + (size_t)i) * 3);
+        read_node(l, nodes->x[i], node_at(job, i, j), node_at(job, i, j));
 }
 
 long lp_read_nodes(const struct lp_ring *rings, int n_rings, const struct lp_middle *middle,
-                   const struct lp_nodes *nodes, float *out)
+                   const struct lp_nodes *nodes, bool symmetric, float *out)
 {
-    const struct job job = {rings, n_rings, middle, nodes, out};
+    const struct job job = {rings, n_rings, middle, nodes, symmetric, out};
     size_t room = (size_t)middle->n + LP_BLOCK;
     for (int q = 0; q < n_rings; q++)
         room = (size_t)rings[q].rays > room ? (size_t)rings[q].rays : room;
     const int n = nodes->n;
     int side = 0; // nodes side .. n - 1 - side of a row are inside the last ring
-    while (side < n / 2 && fabs(nodes->x[side]) >= middle->a_high)
+    while (side < n / 2 && fabs(nodes->x[side]) > middle->a_high)
         side++;
-    const int blocks = (side + COLUMNS - 1) / COLUMNS;
+    const int blocks = (side + COLUMNS - 1) / COLUMNS, halves = symmetric ? 1 : 2;
     long empty = 0;
 #pragma omp parallel reduction(+ : empty)
     {
@@ -199,19 +213,19 @@ long lp_read_nodes(const struct lp_ring *rings, int n_rings, const struct lp_mid
         for (int k = 0; k < COLUMNS; k++)
             lines[k] = line_new(room);
 #pragma omp for schedule(dynamic) nowait
-        for (int b = 0; b < 2 * blocks; b++) {
-            const int i0 = b / 2 * COLUMNS, i1 = i0 + COLUMNS < side ? i0 + COLUMNS : side;
-            empty += b % 2 ? read_columns(&job, n - i1, n - i0, lines)
-                           : read_columns(&job, i0, i1, lines);
+        for (int b = 0; b < halves * blocks; b++) {
+            const int i0 = b / halves * COLUMNS, i1 = i0 + COLUMNS < side ? i0 + COLUMNS : side;
+            empty += b % halves ? read_columns(&job, i0, i1, lines)
+                                : read_columns(&job, n - i1, n - i0, lines);
         }
 #pragma omp for schedule(dynamic, 8) nowait
-        for (int j = 0; j < 2 * side; j++)
-            empty += read_row(&job, j < side ? j : n - 1 - (j - side), lines);
+        for (int j = 0; j < halves * side; j++)
+            empty += read_row(&job, j < side ? n - 1 - j : j - side, lines);
 #pragma omp for schedule(dynamic, 8)
         for (int j = side; j < n - side; j++)
             read_middle(&job, j, side, n - 1 - side, lines);
         for (int k = 0; k < COLUMNS; k++)
             line_finish(&lines[k]);
     }
-    return empty;
+    return symmetric ? 2 * empty : empty;
 }

@@ -14,6 +14,11 @@ enum {
     GROUP = 4, // results that share a pass over the samples
 };
 
+static int sectors(const struct lp_ring *r)
+{
+    return r->symmetric ? 2 : 4;
+}
+
 typedef float rays16 __attribute__((vector_size(64))); // one sample of LP_BLOCK rays
 
 // sum[o][c] = sum over m in [from, to) of tap[m - o stride][c] in[m]
@@ -65,10 +70,22 @@ static long filter_block(struct lp_ring *r, const struct lp_taps *t, int sector,
 }
 
 struct task {
-    float *line, *row; // scratch of lp_source_ring
-    rays16 *in;        // [CHUNK][n_in]
-    uint8_t *live;     // [CHUNK][n_in]
+    float *line, *row, *twin; // scratch of lp_source_ring
+    rays16 *in;               // [CHUNK][n_in]
+    uint8_t *live;            // [CHUNK][n_in]
 };
+
+// row[n] and live become the mean with the ray opposite to each.
+static void add_opposite(const struct lp_source *s, int sector, double a, double t0, double dt,
+                         int n, struct task *w, uint8_t live[CHUNK])
+{
+    uint8_t twin_live[CHUNK];
+    lp_source_ring(s, sector + 2, a, -(t0 + (n - 1) * dt), dt, n, w->line, w->twin, twin_live);
+    for (int k = 0; k < n; k++)
+        w->row[k] = 0.5f * (w->row[k] + w->twin[n - 1 - k]);
+    for (int b = 0; b < n / LP_BLOCK; b++)
+        live[b] |= twin_live[n / LP_BLOCK - 1 - b];
+}
 
 // Samples and filters the blocks of rays from `block` on.
 static void run_task(struct lp_ring *r, const struct lp_source *s, const struct lp_taps *t,
@@ -79,8 +96,10 @@ static void run_task(struct lp_ring *r, const struct lp_source *s, const struct 
     const double ln_in = r->ln_first + t->first * t->step;
     for (int m = 0; m < n_in; m++) {
         uint8_t live[CHUNK];
-        lp_source_ring(s, sector, exp(ln_in + m * t->step), t0, dt, n * LP_BLOCK, w->line, w->row,
-                       live);
+        const double a = exp(ln_in + m * t->step);
+        lp_source_ring(s, sector, a, t0, dt, n * LP_BLOCK, w->line, w->row, live);
+        if (r->symmetric)
+            add_opposite(s, sector, a, t0, dt, n * LP_BLOCK, w, live);
         for (int b = 0; b < n; b++) {
             memcpy(&w->in[b * n_in + m], w->row + b * LP_BLOCK, sizeof *w->in);
             w->live[b * n_in + m] = live[b];
@@ -99,7 +118,7 @@ static void spread_live(struct lp_ring *r)
 {
     const int blocks = r->rays / LP_BLOCK;
     uint8_t *was = xcalloc((size_t)blocks, 1);
-    for (uint8_t *line = r->live; line < r->live + 4 * r->rows * blocks; line += blocks) {
+    for (uint8_t *line = r->live; line < r->live + sectors(r) * r->rows * blocks; line += blocks) {
         memcpy(was, line, (size_t)blocks);
         for (int b = 0; b < blocks; b++)
             for (int d = b > 1 ? b - 2 : 0; d <= b + 2 && d < blocks; d++)
@@ -122,11 +141,12 @@ static bool run_tasks(struct lp_ring *r, const struct lp_source *s, const struct
         struct task w = {
             .line = xcalloc(lp_source_scratch(s), sizeof(float)),
             .row = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
+            .twin = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
             .in = sample_alloc((size_t)CHUNK * (size_t)n_in, sizeof *w.in, "rays", &mine),
             .live = xcalloc((size_t)CHUNK * (size_t)n_in, 1),
         };
 #pragma omp for schedule(dynamic)
-        for (int task = 0; task < 4 * chunks; task++)
+        for (int task = 0; task < sectors(r) * chunks; task++)
             if (w.in)
                 run_task(r, s, t, task / chunks, task % chunks * CHUNK, n_in, &w, &c);
 #pragma omp critical
@@ -142,6 +162,7 @@ static bool run_tasks(struct lp_ring *r, const struct lp_source *s, const struct
         }
         free(w.line);
         free(w.row);
+        free(w.twin);
         free(w.in);
         free(w.live);
     }
@@ -161,8 +182,8 @@ static double largest_s(const struct lp_kernel *k)
 }
 
 bool lp_ring_init(struct lp_ring *r, const struct lp_source *s, const struct lp_kernel *k,
-                  double a_high, double spacing, double tolerance, struct lp_counts *counts,
-                  struct err *e)
+                  double a_high, double spacing, double tolerance, bool symmetric,
+                  struct lp_counts *counts, struct err *e)
 {
     const double outermost = a_high * exp(largest_s(k)); // px in the picture
     struct lp_taps taps;
@@ -172,6 +193,7 @@ bool lp_ring_init(struct lp_ring *r, const struct lp_source *s, const struct lp_
     struct lp_ring got = {
         .a_low = 0.5 * a_high,
         .a_high = a_high,
+        .symmetric = symmetric,
         .ln_first = log(0.5 * a_high) - 2 * step,
         .step = step,
         .rows = (int)(log(2) / step) + 7,
@@ -179,7 +201,7 @@ bool lp_ring_init(struct lp_ring *r, const struct lp_source *s, const struct lp_
     };
     got.middle = got.half + PAD;
     got.rays = (2 * got.middle + 1 + LP_BLOCK - 1) / LP_BLOCK * LP_BLOCK;
-    const size_t lines = 4 * (size_t)got.rows;
+    const size_t lines = (size_t)(sectors(&got) * got.rows);
     got.coef = sample_alloc(lines * 3 * (size_t)got.rays, sizeof *got.coef, "rays", e);
     got.live = xcalloc(lines * (size_t)(got.rays / LP_BLOCK), 1);
     const bool ok = got.coef && run_tasks(&got, s, &taps, counts, e);
@@ -202,7 +224,7 @@ void lp_ring_finish(struct lp_ring *r)
 }
 
 bool lp_middle_init(struct lp_middle *m, const struct lp_source *s, const struct lp_kernel *k,
-                    double a_high, double spacing, struct err *e)
+                    double a_high, double spacing, bool symmetric, struct err *e)
 {
     enum { RIM = 12 }; // 3 to read, 9 for the spline fit
     const double per_px = 1 / spacing;
@@ -219,7 +241,10 @@ bool lp_middle_init(struct lp_middle *m, const struct lp_source *s, const struct
                 double sum[3] = {0};
                 for (int q = 0; q < t.n; q++) {
                     const double grow = exp((t.first + q) * t.step) * spacing;
-                    const double l = lp_source_at(s, (i - half) * grow, (j - half) * grow);
+                    const double x = (i - half) * grow, y = (j - half) * grow;
+                    double l = lp_source_at(s, x, y);
+                    if (symmetric)
+                        l = 0.5 * (l + lp_source_at(s, -x, -y));
                     for (int c = 0; c < 3; c++)
                         sum[c] += (double)t.tap[q][c] * l;
                 }

@@ -8,10 +8,11 @@ enum { LP_BLOCK = 16 }; // rays that are live or empty together
 // t = (k - middle) / half.
 struct lp_ring {
     double a_low, a_high; // px: where it may be read
+    bool symmetric;       // sectors -x and -y are not there
     double ln_first, step;
     int rows, rays; // rays: a multiple of LP_BLOCK
     int half, middle;
-    float *coef;   // [4][rows][3][rays] sectors +x, +y, -x, -y; owned
+    float *coef;   // [4][rows][3][rays] sectors +x, +y, -x, -y; or [2]..; owned
     uint8_t *live; // [4][rows][rays / LP_BLOCK] 0: all zero, owned
 };
 
@@ -27,17 +28,18 @@ struct lp_counts {
     double samples, samples_skipped, results, results_skipped;
 };
 
-// A ring that can be read for a_high / 2 <= a <= a_high, with samples `spacing` px apart.
+// A ring that can be read for a_high / 2 <= a <= a_high, with samples `spacing` px apart. With
+// `symmetric` sectors +x and +y are the mean of both sides, and -x and -y are left empty.
 bool lp_ring_init(struct lp_ring *r, const struct lp_source *s, const struct lp_kernel *k,
-                  double a_high, double spacing, double tolerance, struct lp_counts *counts,
-                  struct err *e);
+                  double a_high, double spacing, double tolerance, bool symmetric,
+                  struct lp_counts *counts, struct err *e);
 void lp_ring_finish(struct lp_ring *r);
 
 bool lp_middle_init(struct lp_middle *m, const struct lp_source *s, const struct lp_kernel *k,
-                    double a_high, double spacing, struct err *e);
+                    double a_high, double spacing, bool symmetric, struct err *e);
 void lp_middle_finish(struct lp_middle *m);
 
 // Reads rings (rings[q].a_low = rings[q + 1].a_high) and middle at all nodes. Returns the nodes
 // without signal, which stay as they are.
 long lp_read_nodes(const struct lp_ring *rings, int n_rings, const struct lp_middle *middle,
-                   const struct lp_nodes *nodes, float *out);
+                   const struct lp_nodes *nodes, bool symmetric, float *out);

@@ -105,7 +105,7 @@ static bool build(const struct lut_request *r, struct table *t, struct lut_repor
     if (ok)
         settle(t, lowest, r->is_rgb);
     ok = ok && lut_cover(r->pattern, &k, t, &report->uncovered, e) &&
-         (!r->pattern->variance || lut_sigma(r->pattern, &k, t, e));
+         (!r->pattern->variance || lut_sigma(r->pattern, &k, report->skipped.symmetric, t, e));
     lut_kernel_finish(&k);
     return ok;
 }

@@ -54,7 +54,7 @@ static bool cover_holes(const struct lut_pattern *p, double low, double high, co
             k.s[q] = low + q * step;
             k.weight[q][0] = step;
         }
-        const struct lp_picture picture = {mask, p->w, p->h, p->cx, p->cy};
+        const struct lp_picture picture = {mask, p->w, p->h, p->cx, p->cy, NULL};
         const struct lp_nodes nodes = {.n = t->n, .x = x};
         struct lp_stats stats;
         ok = lp_correlate(&picture, &k, &nodes, 1, 1e-2, amount, &stats, e);

@@ -22,6 +22,7 @@ double *lut_node_px(const struct table *t, const struct lut_pattern *p);
 bool lut_cover(const struct lut_pattern *p, const struct lp_kernel *k, struct table *t,
                double *uncovered, struct err *e);
 
-// table.sigma from the pattern's variance, taking the noise of pixels as independent.
-bool lut_sigma(const struct lut_pattern *p, const struct lp_kernel *k, struct table *t,
-               struct err *e);
+// table.sigma from the pattern's variance, taking the noise of pixels as independent; `averaged`:
+// the table is the mean of the pattern's two halves.
+bool lut_sigma(const struct lut_pattern *p, const struct lp_kernel *k, bool averaged,
+               struct table *t, struct err *e);

@@ -45,8 +45,8 @@ static struct lp_kernel square(const struct lp_kernel *k, bool is_rgb, double *w
     return sq;
 }
 
-bool lut_sigma(const struct lut_pattern *p, const struct lp_kernel *k, struct table *t,
-               struct err *e)
+bool lut_sigma(const struct lut_pattern *p, const struct lp_kernel *k, bool averaged,
+               struct table *t, struct err *e)
 {
     const size_t count = (size_t)t->n * (size_t)t->n * 3;
     float *var = sample_alloc((size_t)p->w * (size_t)p->h, sizeof *var, "variance", e);
@@ -64,13 +64,13 @@ bool lut_sigma(const struct lut_pattern *p, const struct lp_kernel *k, struct ta
             var[at] = (float)((double)p->variance[at] / hypot(a, 1 / width));
         }
     double *x = lut_node_px(t, p);
-    const struct lp_picture picture = {var, p->w, p->h, p->cx, p->cy};
+    const struct lp_picture picture = {var, p->w, p->h, p->cx, p->cy, NULL};
     const struct lp_nodes nodes = {.n = t->n, .x = x};
     struct lp_stats stats;
     const bool ok = lp_correlate(&picture, &sq, &nodes, 1, 1e-2, t->sigma, &stats, e);
 #pragma omp parallel for
     for (size_t q = 0; q < count; q++)
-        t->sigma[q] = sqrtf(fmaxf(t->sigma[q], 0));
+        t->sigma[q] = sqrtf(fmaxf(t->sigma[q], 0) * (averaged ? 0.5f : 1));
     lut_kernel_finish(&sq);
     free(x);
     free(var);

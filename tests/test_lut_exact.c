@@ -245,6 +245,69 @@ TEST(a_hole_marks_the_nodes_whose_band_it_cuts_and_no_others)
     spectrum_finish(&s);
 }
 
+TEST(a_symmetric_pattern_is_computed_by_half_and_its_halves_are_averaged)
+{
+    struct spectrum s;
+    struct err e = {0};
+    assert_true(illuminant_get(&s, "E", &e));
+    struct lobes l = lobes_new(60, 2);
+    l.exponent = 2;
+    l.lambda_m = 520e-9;
+    l.h_per_px = 2e-3;
+    l.light = &s;
+    struct lobes twin = l;
+    for (int k = 0; k < LOBES / 2; k++) {
+        twin.x[LOBES - 1 - k] = -(twin.x[k] = l.x[k]);
+        twin.y[LOBES - 1 - k] = -(twin.y[k] = l.y[k]);
+        twin.height[LOBES - 1 - k] = twin.height[k];
+        twin.sigma[LOBES - 1 - k] = twin.sigma[k];
+    }
+    const struct lobes *patterns[] = {&l, &twin};
+    for (int k = 0; k < 2; k++) {
+        struct lut_pattern p = lobes_picture(patterns[k], 300, 320, 150.3, 155.8);
+        struct lut_request r = request(&p, &s);
+        for (r.n = 128; r.n < 130; r.n++) {
+            struct table t;
+            struct lut_report report;
+            assert_true(lut_build(&r, &t, &report, &e));
+            assert_int_equal(report.skipped.symmetric, k);
+            const struct score got = judge(&t, patterns[k], 11, INFINITY);
+            assert_true(got.l2 < 3e-5 && got.worst < 6e-5);
+            table_finish(&t);
+        }
+        lut_pattern_finish(&p);
+    }
+    spectrum_finish(&s);
+}
+
+TEST(what_is_empty_is_skipped_and_counted)
+{
+    struct spectrum s;
+    struct err e = {0};
+    assert_true(illuminant_get(&s, "E", &e));
+    struct lobes l = lobes_new(60, 2);
+    l.exponent = 2;
+    l.lambda_m = 520e-9;
+    l.h_per_px = 1e-3;
+    l.light = &s;
+    for (int k = 3; k < LOBES; k++)
+        l.height[k] = 0;
+    struct lut_pattern p = lobes_picture(&l, 700, 700, 350, 350);
+    for (int k = 0; k < 700 * 700; k++)
+        p.px[k] = p.px[k] > 1e-7f ? p.px[k] : 0;
+    const struct lut_request r = request(&p, &s);
+    struct table t;
+    struct lut_report report;
+    assert_true(lut_build(&r, &t, &report, &e));
+    assert_true(report.skipped.rays > 0.5 && report.skipped.rays < 1);
+    assert_true(report.skipped.radii > 0.3 && report.skipped.radii < 1);
+    assert_true(report.skipped.nodes > 0.5 && report.skipped.nodes < 1);
+    assert_true(judge(&t, &l, 5, INFINITY).l2 < 3e-5);
+    table_finish(&t);
+    lut_pattern_finish(&p);
+    spectrum_finish(&s);
+}
+
 // Many noisy photographs: the scatter of their tables is the sigma that one of them states.
 TEST(sigma_is_the_scatter_of_tables_from_noisy_pictures)
 {
@@ -305,4 +368,6 @@ TEST_MAIN(
     cmocka_unit_test(hard_patterns_and_extreme_requests_stay_finite_and_do_not_swing_below_zero),
     cmocka_unit_test(any_number_of_threads_gives_the_same_bytes),
     cmocka_unit_test(a_hole_marks_the_nodes_whose_band_it_cuts_and_no_others),
+    cmocka_unit_test(a_symmetric_pattern_is_computed_by_half_and_its_halves_are_averaged),
+    cmocka_unit_test(what_is_empty_is_skipped_and_counted),
     cmocka_unit_test(sigma_is_the_scatter_of_tables_from_noisy_pictures))

@@ -167,6 +167,7 @@ static bool build(const struct args *a, struct cli *cli, const struct lut_patter
     if (report.wavelengths)
         doc_int(cli->doc, "wavelengths", report.wavelengths);
     doc_num(cli->doc, "uncovered", report.uncovered);
+    doc_bool(cli->doc, "symmetric", report.skipped.symmetric);
     doc_num(cli->doc, "skipped.band", report.skipped_band);
     doc_num(cli->doc, "skipped.rays", report.skipped.rays);
     doc_num(cli->doc, "skipped.radii", report.skipped.radii);
