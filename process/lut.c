@@ -27,6 +27,10 @@ static bool check(const struct lut_request *r, struct err *e)
     if (r->wavelengths && (r->wavelengths < 2 || r->wavelengths > 100001))
         return err_set(e, ERR_DATA, "bad number of wavelengths %d: must be 2 to 100001",
                        r->wavelengths);
+    if (r->band && !(r->noise_limit > 1 && isfinite(r->noise_limit)))
+        return err_set(e, ERR_DATA, "bad noise limit %g: must be above 1", r->noise_limit);
+    if (r->band && r->method != LUT_AUTO && r->method != LUT_EXACT)
+        return err_set(e, ERR_DATA, "only the exact method can undo the photograph's band");
     return table_nodes_check(r->n, r->range, r->power, e);
 }
 
@@ -43,6 +47,10 @@ static enum lut_method pick(const struct lut_request *r, char *why, size_t size)
     const int wavelengths = r->wavelengths ? r->wavelengths : lut_sampled_wavelengths(r->tolerance);
     const double floor_cost = nodes * 81 / 8, sampled_cost = nodes * wavelengths;
     const double exact_cost = 2 * pixels + nodes + 1e5;
+    if (r->band) {
+        snprintf(why, size, "only it can undo the photograph's band");
+        return LUT_EXACT;
+    }
     if (r->tolerance >= 0.3 && floor_cost < fmin(sampled_cost, exact_cost)) {
         snprintf(why, size, "an error of %g is allowed, and the table is small", r->tolerance);
         return LUT_FLOOR;
@@ -101,11 +109,13 @@ static bool build(const struct lut_request *r, struct table *t, struct lut_repor
         return false;
     float lowest[3];
     find_lowest(r->pattern, &k, lowest);
-    bool ok = methods[report->method](r, &k, t, report, e);
+    bool ok = lut_cover(r->pattern, &k, t, &report->uncovered, e) &&
+              (!r->band || lut_deband(&k, r, &report->noise_gain, e)) &&
+              methods[report->method](r, &k, t, report, e);
     if (ok)
         settle(t, lowest, r->is_rgb);
-    ok = ok && lut_cover(r->pattern, &k, t, &report->uncovered, e) &&
-         (!r->pattern->variance || lut_sigma(r->pattern, &k, report->skipped.symmetric, t, e));
+    ok =
+        ok && (!r->pattern->variance || lut_sigma(r->pattern, &k, report->skipped.symmetric, t, e));
     lut_kernel_finish(&k);
     return ok;
 }

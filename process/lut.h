@@ -31,6 +31,9 @@ struct lut_request {
     enum lut_method method;
     double tolerance; // wanted relative L2 error
     int wavelengths;  // LUT_SAMPLED: 2 or more, 0: by the tolerance
+    // The photograph's filter x light x channel over wavelength, to be undone (LUT_EXACT); or NULL.
+    const struct spectrum *band;
+    double noise_limit; // of undoing it: noise may grow by this factor, > 1
 };
 
 // What was done and what it cost.
@@ -41,6 +44,7 @@ struct lut_report {
     double skipped_band;     // the share of 380..780 nm where P cmf is nothing
     struct lp_stats skipped; // LUT_EXACT: what of the pattern is empty
     double uncovered;        // share of nodes whose band leaves what the photograph saw
+    double noise_gain;       // of undoing the band
     double seconds;
 };
 
@@ -48,6 +52,10 @@ struct lut_report {
 // requests; t untouched on failure. Same bytes for any number of threads.
 bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *report,
                struct err *e);
+// The one wavelength that a photograph through this band is nearest to: the centre of the band in
+// ln(lambda), as the pattern weighs it.
+double lut_effective_wavelength(const struct spectrum *band, double exponent);
+
 // Wavelengths that the sampled method needs for a tolerance.
 int lut_sampled_wavelengths(double tolerance);
 

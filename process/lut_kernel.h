@@ -9,6 +9,10 @@ bool lut_kernel_init(struct lp_kernel *k, const struct lut_request *r, double *s
                      struct err *e);
 void lut_kernel_finish(struct lp_kernel *k); // accepts a zeroed struct
 
+// Changes the kernel so that it also undoes the band of the photograph, r->band; *gain is what that
+// does to the noise of the pixels, at most r->noise_limit.
+bool lut_deband(struct lp_kernel *k, const struct lut_request *r, double *gain, struct err *e);
+
 // The methods: t is initialised, and XYZ.
 typedef bool lut_fn(const struct lut_request *r, const struct lp_kernel *k, struct table *t,
                     struct lut_report *report, struct err *e);
