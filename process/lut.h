@@ -56,6 +56,11 @@ bool lut_build(const struct lut_request *r, struct table *t, struct lut_report *
 // ln(lambda), as the pattern weighs it.
 double lut_effective_wavelength(const struct spectrum *band, double exponent);
 
+// The exponent e of a sample from two of its patterns at two wavelengths, and its standard error.
+// ERR_DATA when the wavelengths are too close or the orders too weak to tell.
+bool lut_exponent(const struct lut_pattern *a, double lambda_a_m, const struct lut_pattern *b,
+                  double lambda_b_m, double *exponent, double *sigma, struct err *e);
+
 // Wavelengths that the sampled method needs for a tolerance.
 int lut_sampled_wavelengths(double tolerance);
 

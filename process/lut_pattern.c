@@ -28,25 +28,43 @@ static int neighbours(int k, int w, int h, int out[8])
     return n;
 }
 
-// Holes close layer by layer from their rim, each pixel taking the mean of what it touches. The
-// guess only keeps the spline calm around a hole: `seen` stays 0 there.
+// Unseen pixels connected to the border through unseen ones: outside the picture, not a hole in it.
+// `stack` has room for all unseen pixels.
+static void mark_outside(const struct lut_pattern *p, uint8_t *outside, int *stack)
+{
+    int n = 0, near[8];
+    for (int k = 0; k < p->w * p->h; k++) {
+        const int i = k % p->w, j = k / p->w;
+        if (!p->seen[k] && (i == 0 || j == 0 || i == p->w - 1 || j == p->h - 1))
+            outside[stack[n++] = k] = 1;
+    }
+    while (n) {
+        const int k = stack[--n];
+        for (int m = neighbours(k, p->w, p->h, near); m-- > 0;)
+            if (!p->seen[near[m]] && !outside[near[m]])
+                outside[stack[n++] = near[m]] = 1;
+    }
+}
+
+// Holes close layer by layer from their rim, each pixel taking the mean of what it touches; what is
+// outside fades to 0 at once. The guess only keeps the spline calm: `seen` stays 0 there.
 static bool fill_holes(struct lut_pattern *p, struct err *e)
 {
     const int count = p->w * p->h;
     uint8_t *known = sample_alloc((size_t)count, 1, "mask", e);
+    uint8_t *outside = sample_alloc((size_t)count, 1, "mask", e);
     int *rim = sample_alloc((size_t)p->unseen, sizeof *rim, "mask", e);
-    if (!known || !rim) {
-        free(known);
-        free(rim);
-        return false;
-    }
-    memcpy(known, p->seen, (size_t)count);
+    const bool ok = known && outside && rim;
     int n = 0, near[8];
-    for (int k = 0; k < count; k++) // 2: waiting in the rim
-        for (int m = known[k] ? 0 : neighbours(k, p->w, p->h, near); m-- > 0 && !known[k];)
-            if (known[near[m]] == 1)
-                known[rim[n++] = k] = 2;
-    for (int first = 0; first < n;) {
+    if (ok) {
+        mark_outside(p, outside, rim);
+        memcpy(known, p->seen, (size_t)count);
+        for (int k = 0; k < count; k++) // 2: waiting in the rim
+            for (int m = known[k] ? 0 : neighbours(k, p->w, p->h, near); m-- > 0 && !known[k];)
+                if (known[near[m]] == 1)
+                    known[rim[n++] = k] = 2;
+    }
+    for (int first = 0, layer = 0; first < n; layer++) {
         const int last = n;
         for (int q = first; q < last; q++) {
             double sum = 0, weight = 0;
@@ -55,7 +73,8 @@ static bool fill_holes(struct lut_pattern *p, struct err *e)
                     sum += p->px[near[m]];
                     weight++;
                 }
-            p->px[rim[q]] = (float)(sum / weight);
+            const double fade = !outside[rim[q]] ? 1 : layer == 0 ? 0.5 : 0;
+            p->px[rim[q]] = (float)(fade * sum / weight);
         }
         for (int q = first; q < last; q++)
             known[rim[q]] = 1;
@@ -66,8 +85,9 @@ static bool fill_holes(struct lut_pattern *p, struct err *e)
         first = last;
     }
     free(known);
+    free(outside);
     free(rim);
-    return true;
+    return ok;
 }
 
 static bool take_variance(struct lut_pattern *p, const struct image *im, int channel, double scale,
@@ -92,6 +112,28 @@ static bool take_variance(struct lut_pattern *p, const struct image *im, int cha
     for (size_t k = 0; k < count; k++) {
         const double v = im->px[k * (size_t)im->nc + (size_t)from] * scale * scale;
         p->variance[k] = v >= 0 && isfinite((float)v) ? (float)v : 0;
+    }
+    return true;
+}
+
+// A merged bracket (process/hdr.h) marks by mask 0 and a variance of the value's square what every
+// frame saturated: the value is a lower bound, kept, but not a measurement.
+static bool mark_saturated(struct lut_pattern *p, const struct image *im, struct err *e)
+{
+    const int mask = image_channel_index(im, "mask");
+    const size_t count = (size_t)p->w * (size_t)p->h;
+    for (size_t k = 0; p->variance && mask >= 0 && k < count; k++) {
+        const double value = p->px[k];
+        if (im->px[k * (size_t)im->nc + (size_t)mask] > 0 || !(value > 0) ||
+            p->variance[k] < 0.98 * value * value)
+            continue;
+        if (!p->seen) {
+            if (!(p->seen = sample_alloc(count, 1, "mask", e)))
+                return false;
+            memset(p->seen, 1, count);
+        }
+        p->unseen += p->seen[k];
+        p->seen[k] = 0;
     }
     return true;
 }
@@ -122,7 +164,7 @@ bool lut_pattern_init(struct lut_pattern *p, const struct image *im, int channel
             got.seen[k] = isfinite(got.px[k]);
         ok = ok && fill_holes(&got, e);
     }
-    if (ok && take_variance(&got, im, channel, scale, e))
+    if (ok && take_variance(&got, im, channel, scale, e) && mark_saturated(&got, im, e))
         *p = got;
     else
         lut_pattern_finish(&got), ok = false;

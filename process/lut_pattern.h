@@ -11,12 +11,13 @@ struct lut_pattern {
     float *px;       // [h][w] Lm: radiance per unit of incident irradiance; finite; owned
     uint8_t *seen;   // [h][w] 1 where measured, owned; NULL: everywhere
     float *variance; // [h][w] of px, owned; NULL: not known
-    long unseen;     // pixels that were not finite; each holds a smooth guess from around
+    long unseen;     // pixels not measured; a hole holds a smooth guess from around, the outside 0
     double h_per_px;
     double cx, cy; // px, where h = 0
 };
 
-// One channel of `im` times `scale`; a channel "var.R" (for "R") gives the variance.
+// One channel of `im` times `scale`; a channel "var.R" (for "R") gives the variance, and with
+// "mask" what every frame of the bracket saturated (process/hdr.h) counts as not measured.
 // ERR_DATA: no such channel, no finite pixel, smaller than 4 x 4.
 bool lut_pattern_init(struct lut_pattern *p, const struct image *im, int channel, double scale,
                       struct err *e);

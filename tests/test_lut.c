@@ -259,7 +259,7 @@ TEST(holes_are_remembered_and_filled_from_around)
     assert_true(lut_pattern_init(&p, &im, 0, 2, &e));
     assert_int_equal(p.unseen, 5);
     for (int k = 0; k < 64; k++) {
-        assert_near(p.px[k], 10, 1e-5);
+        assert_near(p.px[k], k == 0 ? 5 : 10, 1e-5); // a corner is outside, and fades
         assert_int_equal(p.seen[k], k != 0 && k != 27 && k != 28 && k != 29 && k != 36);
     }
     lut_pattern_finish(&p);
@@ -271,10 +271,37 @@ TEST(holes_are_remembered_and_filled_from_around)
     assert_string_equal(e.msg, "the pattern has 1 channel: no channel number 2");
 }
 
+TEST(what_a_bracket_saturated_is_kept_but_not_called_measured)
+{
+    float px[16][3]; // Y, var.Y, mask
+    for (int k = 0; k < 16; k++) {
+        px[k][0] = 2;
+        px[k][1] = 0.01f;
+        px[k][2] = 1;
+    }
+    px[5][0] = 9;
+    px[5][1] = 81;
+    px[5][2] = 0;                       // saturated
+    px[6][0] = px[6][1] = px[6][2] = 0; // black in every frame: dark, and known to be
+    struct image im = {.w = 4, .h = 4, .nc = 3, .px = px[0]};
+    meta_set_text(&im.meta, "channels", "Y,var.Y,mask");
+    struct lut_pattern p;
+    struct err e = {0};
+    assert_true(lut_pattern_init(&p, &im, 0, 0.5, &e));
+    assert_int_equal(p.unseen, 1);
+    assert_near(p.px[5], 4.5, 0);
+    assert_near(p.variance[0], 0.0025, 1e-9);
+    for (int k = 0; k < 16; k++)
+        assert_int_equal(p.seen[k], k != 5);
+    lut_pattern_finish(&p);
+    meta_finish(&im.meta);
+}
+
 TEST_MAIN(
     cmocka_unit_test(the_band_holds_the_white_point),
     cmocka_unit_test(a_constant_pattern_gives_a_constant_table),
     cmocka_unit_test(bad_requests_are_refused_with_a_reason),
+    cmocka_unit_test(what_a_bracket_saturated_is_kept_but_not_called_measured),
     cmocka_unit_test(holes_are_remembered_and_filled_from_around),
     cmocka_unit_test(the_centre_is_found_to_a_fraction_of_a_pixel_whatever_the_sensor_did_to_it),
     cmocka_unit_test(the_methods_meet_the_reference))
