@@ -1,8 +1,50 @@
 // cv_image.cpp - OpenCV's imread and imwrite, as C.
 #include "core/cv_image.h"
+#include <cstring>
+#include <mutex>
 #include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <sys/mman.h>
+#include <unistd.h>
+
+// OpenCV, libpng and libjpeg talk on stderr, and libjpeg tells nowhere else that it made up a part
+// of the picture. While this lives, stderr goes into memory.
+class stderr_catcher
+{
+    static std::mutex one_at_a_time;
+    std::lock_guard<std::mutex> lock{one_at_a_time};
+    int kept = dup(STDERR_FILENO), caught = memfd_create("stderr", MFD_CLOEXEC);
+
+  public:
+    stderr_catcher()
+    {
+        if (kept >= 0 && caught >= 0)
+            dup2(caught, STDERR_FILENO);
+    }
+    ~stderr_catcher()
+    {
+        if (kept >= 0)
+            dup2(kept, STDERR_FILENO);
+        close(kept);
+        close(caught);
+    }
+    stderr_catcher(const stderr_catcher &) = delete;
+    stderr_catcher &operator=(const stderr_catcher &) = delete;
+
+    // Did libjpeg lose data? Bytes too many between segments, as some cameras write, lose nothing.
+    bool jpeg_is_corrupt() const
+    {
+        char buf[4096];
+        const ssize_t n = pread(caught, buf, sizeof buf, 0);
+        const std::string text(buf, n > 0 ? size_t(n) : 0);
+        for (size_t at = 0; (at = text.find("Corrupt JPEG data: ", at)) != text.npos; at += 19)
+            if (text.substr(at, text.find('\n', at) - at).find("extraneous") == text.npos)
+                return true;
+        return text.find("Premature end of JPEG") != text.npos;
+    }
+};
+std::mutex stderr_catcher::one_at_a_time;
 
 static void copy_samples(const cv::Mat &m, struct image *im)
 {
@@ -24,10 +66,10 @@ static void copy_samples(const cv::Mat &m, struct image *im)
 
 extern "C" bool cv_read(struct image *im, const char *path, struct err *e)
 {
-    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    const stderr_catcher caught;
     try {
         const cv::Mat m = cv::imread(path, cv::IMREAD_UNCHANGED);
-        if (m.empty())
+        if (m.empty() || caught.jpeg_is_corrupt())
             return err_set(e, ERR_DATA, "damaged or cut short: it cannot be decoded");
         if (m.depth() != CV_8U && m.depth() != CV_16U && m.depth() != CV_32F)
             return err_set(e, ERR_DATA, "samples must be 8 or 16 bit unsigned, or 32-bit float");
@@ -46,7 +88,7 @@ extern "C" bool cv_read(struct image *im, const char *path, struct err *e)
 extern "C" bool cv_write(const void *px, int w, int h, int nc, int sample_bytes, const char *path,
                          struct err *e)
 {
-    cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+    const stderr_catcher caught;
     try {
         const int depth = sample_bytes == 1 ? CV_8U : CV_16U;
         const cv::Mat rgb(h, w, CV_MAKETYPE(depth, nc), const_cast<void *>(px));

@@ -5,6 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+// A message is one line, whatever a file name or a header put into it.
+static bool one_line(struct err *e)
+{
+    for (char *c = e->msg; *c; c++)
+        *c = (unsigned char)*c < ' ' || *c == 0x7f ? '?' : *c;
+    return false;
+}
+
 bool err_set(struct err *e, enum err_code code, const char *fmt, ...)
 {
     va_list ap;
@@ -12,7 +20,7 @@ bool err_set(struct err *e, enum err_code code, const char *fmt, ...)
     e->code = code;
     vsnprintf(e->msg, sizeof e->msg, fmt, ap);
     va_end(ap);
-    return false;
+    return one_line(e);
 }
 
 bool err_in(struct err *e, const char *fmt, ...)
@@ -24,7 +32,7 @@ bool err_in(struct err *e, const char *fmt, ...)
     vsnprintf(context, sizeof context, fmt, ap);
     va_end(ap);
     snprintf(e->msg, sizeof e->msg, "%.150s: %.240s", context, old);
-    return false;
+    return one_line(e);
 }
 
 bool err_errno(struct err *e, const char *fmt, ...)
