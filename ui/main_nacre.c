@@ -11,6 +11,7 @@ static const struct command *const commands[] = {
     &cmd_bokeh,
     &cmd_deconvolve,
     &cmd_tables,
+    &cmd_slits,
     &cmd_eval,
     &cmd_factor,
     &cmd_prefilter,
