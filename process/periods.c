@@ -125,12 +125,11 @@ static bool spectrum2_init(struct spectrum2 *s, const struct field *f, struct er
     return ok;
 }
 
-// The strongest bin more than 2.5 bins from zero, and not within 20 degrees of `other` (when other
-// >= 0).
+// The strongest bin more than 2.5 bins from zero, and not within 20 degrees of `other` (NULL: any).
 static bool strongest(const struct spectrum2 *s, const struct hfield *hf,
-                      const struct period *other, double *p, double *q)
+                      const struct period *other, float least, double *p, double *q)
 {
-    float best = 36 * s->median;
+    float best = fmaxf(36 * s->median, least);
     bool found = false;
     for (int j = 0; j < s->ny; j++)
         for (int i = 0; i < s->half; i++) {
@@ -172,8 +171,12 @@ int hfield_periods(const struct hfield *hf, struct period out[2], struct err *e)
     }
     double p = 0, q = 0;
     int n = 0;
-    while (n < 2 && strongest(&s, hf, n ? &out[0] : NULL, &p, &q))
-        out[n++] = measure(&f, hf, p, q);
+    float least = 0;
+    while (n < 2 && strongest(&s, hf, n ? &out[0] : NULL, least, &p, &q)) {
+        out[n] = measure(&f, hf, p, q);
+        const double part = 0.02 * out[n++].amplitude_m * f.weight / 2;
+        least = (float)(part * part);
+    }
     if (n == 2 && fabs(out[1].direction_rad) < fabs(out[0].direction_rad)) {
         const struct period swap = out[0];
         out[0] = out[1];

@@ -60,7 +60,7 @@ static const struct step plan[N_STEPS] = {
          "Each pixel is the average of its exposures with weights of one over their variance: shot "
          "and read noise decide, saturated samples do not count.",
          "hdr @/session -o @/radiance.exr",
-         {{"dynamic_range_stops", "dynamic range", 1, " stops"}}},
+         {{"range_stops", "dynamic range", 1, " stops"}}},
     [TABLE] =
         {"Table",
          "The photograph at one wavelength, rescaled and summed over all wavelengths, is the table "

@@ -17,6 +17,7 @@ static const char style[] =
     "border-radius:6px;background:#000}figcaption{font-size:.87rem;margin-top:.4rem}"
     ".row{display:grid;grid-template-columns:repeat(auto-fit,minmax(17rem,1fr));gap:1.2rem;margin:"
     "1rem 0}"
+    ".half{max-width:36rem}"
     ".cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(10.5rem,1fr));gap:.8rem;"
     "margin:1.4rem 0}"
     ".card{background:var(--card);border-radius:8px;padding:.8rem 1rem}.card "
