@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { QUEUE = 8 };
+enum { QUEUE = 8, LAYERS = 8 };
 
 struct job {
     struct cam_shot shot;
@@ -36,7 +36,7 @@ struct sim {
     struct lab lab;
     struct sensor sensor;
     struct world *world;
-    double *seconds; // [QUEUE][h] light of each layer by row
+    double *seconds; // [LAYERS + 1][h] light of each layer by row, and of one too many
     uint64_t seq;
     pthread_t thread;
     bool running;
@@ -81,17 +81,14 @@ static int collect_light(struct sim *s, const struct cam_frame *f, struct sensor
             double *seconds = s->seconds + (size_t)n * (size_t)f->h, sum = 0;
             for (int j = 0; j < f->h; j++) {
                 const int64_t from = f->device_ns + j * row_ns, to = from + f->exposure_ns;
-                const int64_t on =
-                    state.has_lights
-                        ? world_lit_ns(&state, line, state.has_filters ? p : -1, from, to)
-                        : f->exposure_ns;
-                sum += seconds[j] = (double)on * 1e-9;
+                seconds[j] = world_lit_s(&state, line, state.has_filters ? p : -1, from, to);
+                sum += seconds[j];
             }
             if (!(sum > 0))
                 continue;
             const struct image *im;
-            if (n == QUEUE) {
-                err_set(e, ERR_DEVICE, "more than %d lights and filters in one frame", QUEUE);
+            if (n == LAYERS) {
+                err_set(e, ERR_DEVICE, "more than %d lights and filters in one frame", LAYERS);
                 return -1;
             }
             if (!lab_photo(&s->lab, line, p, &im, e))
@@ -105,7 +102,7 @@ static void make_frame(struct sim *s, struct job *job)
 {
     struct cam_frame *f = &job->frame;
     const struct cam_caps *caps = &s->base.caps;
-    struct sensor_layer layers[QUEUE];
+    struct sensor_layer layers[LAYERS];
     f->device_ns = world_now_ns(s->world);
     const int64_t end_ns = f->device_ns + (f->h - 1) * caps->row_ns + f->exposure_ns;
     if (!wait_until(s, end_ns, s->realtime ? INT64_MAX : s->grace_ns))
@@ -191,7 +188,7 @@ static bool sim_open(struct cam *cam, struct err *e)
     if (!sensor_init(&s->sensor, &scene->sensor, scene->view.w, scene->view.h, (uint64_t)s->seed,
                      e))
         return false;
-    s->seconds = xcalloc((size_t)QUEUE * (size_t)scene->view.h, sizeof *s->seconds);
+    s->seconds = xcalloc((LAYERS + 1) * (size_t)scene->view.h, sizeof *s->seconds);
     if (!(s->world = world_open(s->world_name, e)))
         return false;
     cam->fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);

@@ -6,6 +6,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -127,35 +128,33 @@ void world_skip(struct world *w, int64_t ns)
     unlock(w);
 }
 
-static void add_light(struct world_state *s, uint32_t mask, int64_t from_ns, int64_t to_ns)
+static void add_light(struct world_state *s, const struct world_light *l)
 {
     if (s->n_lights == WORLD_EVENTS) {
         memmove(s->light, s->light + 1, (WORLD_EVENTS - 1) * sizeof *s->light);
         s->n_lights--;
     }
-    s->light[s->n_lights].mask = mask;
-    s->light[s->n_lights].from_ns = from_ns;
-    s->light[s->n_lights++].to_ns = to_ns;
+    s->light[s->n_lights++] = *l;
 }
 
-void world_set_lines(struct world *w, uint32_t mask, int64_t from_ns)
+void world_set_lines(struct world *w, const struct world_light *l)
 {
     lock(w);
     struct world_state *s = w->shared;
     s->has_lights = 1;
     for (int k = 0; k < s->n_lights; k++)
-        if (s->light[k].to_ns > from_ns)
-            s->light[k].to_ns = from_ns;
-    if (mask)
-        add_light(s, mask, from_ns, INT64_MAX);
+        if (s->light[k].to_ns > l->from_ns)
+            s->light[k].to_ns = l->from_ns;
+    if (l->mask)
+        add_light(s, l);
     unlock(w);
 }
 
-void world_pulse(struct world *w, uint32_t mask, int64_t from_ns, int64_t to_ns)
+void world_pulse(struct world *w, const struct world_light *l)
 {
     lock(w);
     w->shared->has_lights = 1;
-    add_light(w->shared, mask, from_ns, to_ns);
+    add_light(w->shared, l);
     unlock(w);
 }
 
@@ -181,29 +180,41 @@ void world_read(struct world *w, struct world_state *s)
     unlock(w);
 }
 
-// Lit time of [from, to), whatever the filter: pulses may overlap, so count the union.
-static int64_t lit(const struct world_state *s, int line, int64_t from_ns, int64_t to_ns)
+// On-time of a chopped light from its beginning until `t` ns later.
+static double chopped(const struct world_light *l, double t)
 {
-    int64_t sum = 0, counted_to = from_ns;
-    for (int k = 0; k < s->n_lights; k++) { // in the order of their beginning
-        if (!(s->light[k].mask >> line & 1))
-            continue;
-        const int64_t a = s->light[k].from_ns > counted_to ? s->light[k].from_ns : counted_to;
-        const int64_t b = s->light[k].to_ns < to_ns ? s->light[k].to_ns : to_ns;
-        if (b > a) {
-            sum += b - a;
-            counted_to = b;
-        }
-    }
-    return sum;
+    const double period = 1e9 / l->pwm_hz, on = l->pwm_duty * period, whole = floor(t / period);
+    return whole * on + fmin(t - whole * period, on);
 }
 
-int64_t world_lit_ns(const struct world_state *s, int line, int position, int64_t from_ns,
-                     int64_t to_ns)
+// Light of [from, to), whatever the filter: pulses may overlap, so count the union.
+static double lit(const struct world_state *s, int line, int64_t from_ns, int64_t to_ns)
+{
+    int64_t counted_to = from_ns;
+    double sum = 0;
+    if (!s->has_lights) // nobody switches it: line 0 is always on
+        return line == 0 ? 1e-9 * (double)(to_ns - from_ns) : 0;
+    for (int k = 0; k < s->n_lights; k++) { // in the order of their beginning
+        const struct world_light *l = &s->light[k];
+        if (!(l->mask >> line & 1))
+            continue;
+        const int64_t a = l->from_ns > counted_to ? l->from_ns : counted_to;
+        const int64_t b = l->to_ns < to_ns ? l->to_ns : to_ns;
+        if (b <= a)
+            continue;
+        const double x = (double)(a - l->from_ns), y = (double)(b - l->from_ns);
+        sum += l->level * (l->pwm_hz > 0 ? (chopped(l, y) - chopped(l, x)) / l->pwm_duty : y - x);
+        counted_to = b;
+    }
+    return 1e-9 * sum;
+}
+
+double world_lit_s(const struct world_state *s, int line, int position, int64_t from_ns,
+                   int64_t to_ns)
 {
     if (position < 0)
         return lit(s, line, from_ns, to_ns);
-    int64_t sum = 0;
+    double sum = 0;
     for (int k = 0; k < s->n_filters; k++) {
         if (s->filter[k].position != position)
             continue;

@@ -10,15 +10,19 @@
 
 enum { WORLD_EVENTS = 128 };
 
+struct world_light {
+    uint32_t mask;
+    int64_t from_ns, to_ns;  // to_ns INT64_MAX: still on
+    double level;            // brightness, 1 as the rig states it
+    double pwm_hz, pwm_duty; // chopped, with the same mean; 0: steady
+};
+
 // The last events, oldest first.
 struct world_state {
     int64_t now_ns, skip_ns;
     int has_lights, has_filters; // whether such a trigger was ever opened
     int n_lights, n_filters;
-    struct {
-        uint32_t mask;
-        int64_t from_ns, to_ns; // to_ns INT64_MAX: still on
-    } light[WORLD_EVENTS];
+    struct world_light light[WORLD_EVENTS];
     struct {
         int position;
         int64_t from_ns;
@@ -34,12 +38,13 @@ void world_close(struct world *w); // accepts NULL
 int64_t world_now_ns(struct world *w);
 void world_skip(struct world *w, int64_t ns); // the clock jumps forward
 
-// From `from_ns` on the lines of `mask` are lit and all others dark.
-void world_set_lines(struct world *w, uint32_t mask, int64_t from_ns);
-void world_pulse(struct world *w, uint32_t mask, int64_t from_ns, int64_t to_ns); // adds to it
+// All lines that are on go dark at l->from_ns, those of l->mask on.
+void world_set_lines(struct world *w, const struct world_light *l);
+void world_pulse(struct world *w, const struct world_light *l); // adds to what is on
 void world_set_filter(struct world *w, int position, int64_t from_ns);
 
 void world_read(struct world *w, struct world_state *s);
-// For how long of [from, to) the line was lit while the filter was at `position` (-1: any), ns.
-int64_t world_lit_ns(const struct world_state *s, int line, int position, int64_t from_ns,
-                     int64_t to_ns);
+// Light of a line in [from, to) while the filter was at `position` (-1: any), as seconds at the
+// rated brightness.
+double world_lit_s(const struct world_state *s, int line, int position, int64_t from_ns,
+                   int64_t to_ns);

@@ -5,5 +5,6 @@
 
 const struct trig_driver *const all_triggers[] = {
     &sim_trig,
+    &fault_trig,
     NULL,
 };
