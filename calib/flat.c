@@ -98,7 +98,7 @@ bool flat_write(const struct flat *f, const char *command, const char *path, str
     record_begin(&rf, &f->head, command);
     fprintf(rf.f, "channels: %d\ncorner: %.6g\n", f->nc, f->corner);
     for (int c = 0; c < f->nc; c++) {
-        char key[16];
+        char key[24];
         snprintf(key, sizeof key, "term_%d", c);
         record_list(rf.f, key, f->term[c], POLY_TERMS);
     }
