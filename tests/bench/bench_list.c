@@ -3,8 +3,10 @@
 #include <stddef.h>
 
 extern const struct bench bench_deconvolve;
+extern const struct bench bench_tables;
 
 const struct bench *const bench_list[] = {
     &bench_deconvolve,
+    &bench_tables,
     NULL,
 };
