@@ -29,10 +29,11 @@ int taps_first(int fine, double f)
 void taps_weights(int fine, double f, float weight[TAPS])
 {
     const double at = f * fine;
+    const double scale = 1 / bessel_i0(beta);
     const int first = taps_first(fine, f);
     for (int t = 0; t < TAPS; t++) {
         const double x = (first + t - at) / (0.5 * TAPS);
-        weight[t] = (float)(bessel_i0(beta * sqrt(fmax(0, 1 - x * x))) / bessel_i0(beta));
+        weight[t] = (float)(bessel_i0(beta * sqrt(fmax(0, 1 - x * x))) * scale);
     }
 }
 
