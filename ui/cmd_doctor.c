@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "core/datapath.h"
 #include "core/mem.h"
+#include "render/gl.h"
 #include "ui/commands.h"
 #include <glob.h>
 #include <omp.h>
@@ -90,12 +91,24 @@ static struct finding check_gpio(void)
                        "install the udev rules, or join the group 'gpio'");
 }
 
+static struct finding check_gl(void)
+{
+    struct gl_context *c = NULL;
+    struct err e = {0};
+    if (!gl_context_open(&c, &e))
+        return (struct finding){WARN, xstrdup(e.msg),
+                                "install libegl1 and libgl1-mesa-dri, or render --backend cpu"};
+    char *name = xstrdup(gl_name());
+    gl_context_close(c);
+    return (struct finding){FINE, name, NULL};
+}
+
 static const struct check {
     const char *name;
     struct finding (*look)(void);
 } checks[] = {
-    {"machine", check_memory}, {"disk", check_disk},       {"clock", check_clock},
-    {"data", check_data},      {"cameras", check_cameras}, {"gpio", check_gpio},
+    {"machine", check_memory},  {"disk", check_disk}, {"clock", check_clock}, {"data", check_data},
+    {"cameras", check_cameras}, {"gpio", check_gpio}, {"gl", check_gl},
 };
 
 static bool run(const void *args, struct cli *cli, struct err *e)
