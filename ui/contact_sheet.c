@@ -42,6 +42,9 @@ static bool draw(struct session *s, const struct session_frame *frame, int n, in
     struct image sheet;
     if (!image_init(&sheet, columns * (thumb_w + GAP) - GAP, rows * (thumb_h + GAP) - GAP, 3, e))
         return false;
+    const size_t samples = (size_t)sheet.w * (size_t)sheet.h * 3;
+    for (size_t k = 0; k < samples; k++)
+        sheet.px[k] = 0.25f; // the gaps
     bool ok = true;
     for (int k = 0; ok && k < n; k++) {
         struct dng d = {0};
