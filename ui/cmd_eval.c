@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "core/table.h"
 #include "process/direct.h"
+#include "process/table_spline.h"
 #include "ui/commands.h"
 #include "ui/heights.h"
 #include "ui/points.h"
@@ -166,8 +167,11 @@ static bool evaluate(const struct args *a, struct cli *cli, const struct table *
     double(*reference)[3] =
         xyz && a->reference ? sample_alloc((size_t)p->n, sizeof *reference, "points", e) : NULL;
     bool ok = xyz && (!a->reference || (reference && sum_directly(a, t, p, reference, e)));
+    struct table_spline spline = {0};
+    ok = ok && table_spline_init(&spline, t, e);
     for (int k = 0; ok && k < p->n; k++)
-        table_eval(t, p->at[k][0], p->at[k][1], p->at[k][2], a->count, xyz[k]);
+        table_spline_at(&spline, p->at[k][0], p->at[k][1], p->at[k][2], a->count, xyz[k]);
+    table_spline_finish(&spline);
     if (ok && cli->json)
         fill_doc(cli->doc, t, p, xyz, reference);
     else if (ok)
@@ -202,7 +206,8 @@ const struct command cmd_eval = {
     .args_size = sizeof(struct args),
     .notes =
         "Prints CSV: u,v,w,X,Y,Z, then one standard deviation where the table knows it and the\n"
-        "reference when asked for. Between nodes values are bilinear, outside the range 0.\n\n"
+        "reference when asked for. Between nodes values follow a quintic spline, outside the range\n"
+        "they are 0.\n\n"
         "  nacre eval scan.exr --points at.csv --reference scan.gsf\n"
         "  nacre eval lut.pfm --range 0.35 --power 1 --points at.csv",
     .run = run,

@@ -1,0 +1,46 @@
+// lut_job.h - what nacre lut was asked for, and the pattern, band and light it reads for that.
+#pragma once
+#include "process/lut_psf.h"
+#include "ui/cli.h"
+
+struct lut_args {
+    double lambda_m; // NAN: from the band
+    const char *band;
+    bool deband;
+    double noise_limit;
+    const char *channel;
+    double h_per_px; // NAN: from the geometry
+    const char *center, *geometry;
+    double scale;
+    const char *exponent, *second, *second_center;
+    double second_lambda_m;
+    const char *illuminant;
+    double f0;
+    int size;
+    double range;
+    int power;
+    bool rgb;
+    const char *method;
+    double tolerance;
+    int wavelengths;
+    const char *psf, *psf_crop;
+    double psf_h_per_px;
+    const char *out;
+};
+
+struct lut_job {
+    const struct lut_args *args;
+    struct spectrum light, band; // band.n 0: none given
+    double lambda_m;
+    struct lut_pattern pattern;
+    double exponent, exponent_sigma; // sigma NAN: given, not measured
+    struct image psf_image;          // px NULL: a point
+    struct lut_psf psf;
+};
+
+// Reads everything; says what it chose. false: nothing to finish.
+bool lut_job_open(struct lut_job *job, const char *pattern, const struct lut_args *args,
+                  struct err *e);
+bool lut_job_build(const struct lut_job *job, struct table *t, struct lut_report *report,
+                   struct err *e);
+void lut_job_finish(struct lut_job *job); // accepts a zeroed struct
