@@ -10,10 +10,11 @@ bool sensor_init(struct sensor *s, const struct sim_sensor *spec, int w, int h, 
                  struct err *e)
 {
     const size_t n = (size_t)w * (size_t)h;
-    float *maps = sample_alloc(4 * n, sizeof *maps, "sensor", e);
+    float *maps = sample_alloc(5 * n, sizeof *maps, "sensor", e);
     if (!maps)
         return false;
-    *s = (struct sensor){spec, w, h, seed, maps, maps + n, maps + 2 * n, maps + 3 * n};
+    *s =
+        (struct sensor){spec, w, h, seed, maps, maps + n, maps + 2 * n, maps + 3 * n, maps + 4 * n};
     float *column = xcalloc((size_t)w, sizeof *column);
     for (int i = 0; i < w; i++) {
         struct rng r = rng_at(seed, RNG_OFFSET, n + (uint64_t)i);
@@ -76,6 +77,7 @@ static void expose_row(struct sensor *s, const struct sensor_layer *layers, int 
             per_radiance * light * (double)s->response[k] + (double)s->dark[k] * exposure_s;
         struct rng r = rng_at(s->seed, RNG_NOISE, (frame << 32) + k);
         s->charge[k] = (float)(spec->shot_noise ? rng_poisson(&r, mean) : mean);
+        s->read[k] = spec->read_noise > 0 ? (float)(spec->read_noise * rng_normal(&r)) : 0;
     }
 }
 
@@ -122,8 +124,7 @@ void sensor_expose(struct sensor *s, const struct sensor_layer *layers, int n_la
     for (int j = 0; j < s->h; j++)
         for (int i = 0; i < s->w; i++) {
             const size_t k = (size_t)j * (size_t)s->w + (size_t)i;
-            struct rng r = rng_at(s->seed, RNG_READ, (frame << 32) + k);
-            const double electrons = (double)s->charge[k] + spec->read_noise * rng_normal(&r);
+            const double electrons = (double)s->charge[k] + (double)s->read[k];
             const double x = spec->black + drift + (double)s->offset[k] +
                              gain * electrons / spec->electrons_per_count;
             raw[k] = (uint16_t)fmax(0, fmin(top, floor(x + 0.5)));

@@ -12,7 +12,7 @@ struct sensor {
     int w, h;
     uint64_t seed;
     float *response, *offset, *dark; // [h][w] 1 + prnu; counts; electrons / s; owned
-    float *charge;                   // [h][w] electrons of the frame being made, owned
+    float *charge, *read;            // [h][w] electrons of the frame being made, owned
 };
 
 // Light that is on during a frame: its radiance, and for how long each row sees it.

@@ -4,8 +4,10 @@
 
 extern const struct bench bench_deconvolve;
 extern const struct bench bench_tables;
+extern const struct bench bench_sim;
 
 const struct bench *const bench_list[] = {
+    &bench_sim,
     &bench_deconvolve,
     &bench_tables,
     NULL,
