@@ -3,13 +3,13 @@
 #include "acquire/lights.h"
 #include "acquire/clock.h"
 #include "acquire/loop.h"
+#include "acquire/stop.h"
 #include <errno.h>
 #include <inttypes.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/signalfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -18,7 +18,7 @@ const int64_t lights_silence_ns = 500000000;
 struct keeper {
     struct trig *trig;
     const int64_t *max_on_ns;
-    int socket, signals;
+    int socket;
     struct loop *loop;
     struct loop_source *timer;
     uint32_t on;
@@ -165,16 +165,10 @@ static void told_to_end(void *ctx)
 bool lights_serve(struct trig *t, const int64_t max_on_ns[LIGHTS_LINES], int socket, struct err *e)
 {
     struct keeper k = {.trig = t, .max_on_ns = max_on_ns, .socket = socket, .loop = loop_new()};
-    sigset_t set;
-    sigemptyset(&set);
-    sigaddset(&set, SIGTERM);
-    sigprocmask(SIG_BLOCK, &set, NULL);
-    signal(SIGINT, SIG_IGN); // Ctrl-C is for the other end, which will tell
     signal(SIGHUP, SIG_IGN);
-    k.signals = signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
     k.timer = loop_timer(k.loop, time_came, &k);
     loop_watch(k.loop, socket, heard, &k);
-    loop_watch(k.loop, k.signals, told_to_end, &k);
+    loop_watch(k.loop, stop_fd(false), told_to_end, &k); // Ctrl-C is for the other end
     k.heard_ns = clock_boot_ns();
     say(&k, "ready %d %s", t->caps.lines, t->caps.model);
     bool ok = loop_run(k.loop, e);
@@ -184,7 +178,6 @@ bool lights_serve(struct trig *t, const int64_t max_on_ns[LIGHTS_LINES], int soc
     }
     if (k.broken)
         ok = err_set(e, ERR_DEVICE, "a light line could not be switched off");
-    close(k.signals);
     loop_free(k.loop);
     return ok;
 }

@@ -82,7 +82,7 @@ TEST(resume_refuses_another_plan)
     expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
     put("other.yaml", "name: p\nexposures: [3ms]\n");
     expect("capture --rig rig.yaml --plan other.yaml -o s --resume", 3, "",
-           "other.yaml: is not the plan.yaml that s was begun with");
+           "other.yaml: is not the plan.yaml that");
     expect("capture --rig rig.yaml --plan other.yaml -o t --resume", 5, "", "t: No such file");
 }
 
@@ -121,6 +121,18 @@ TEST(an_interrupted_capture_is_partial_and_resumes)
            "");
 }
 
+TEST(a_killed_client_stops_its_capture_and_resume_waits_for_that)
+{
+    put("plan.yaml", "name: p\nlights: [led]\nfilters: [red]\nexposures: [1ms]\nrepeats: 300\n");
+    char line[2000];
+    snprintf(line, sizeof line,
+             "timeout -s KILL 0.5 %s/nacre capture --rig rig.yaml --plan plan.yaml -o s >out 2>err",
+             BIN_DIR);
+    assert_true(system(line) != 0);
+    expect("capture --rig rig.yaml --plan plan.yaml -o s --resume --json", 0, "\"frames\": 300",
+           "");
+}
+
 #define T(name) cmocka_unit_test_setup(name, setup)
 int main(void)
 {
@@ -132,6 +144,7 @@ int main(void)
         T(an_automatic_bracket_finds_its_exposures),
         T(an_export_checks_itself),
         T(an_interrupted_capture_is_partial_and_resumes),
+        T(a_killed_client_stops_its_capture_and_resume_waits_for_that),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

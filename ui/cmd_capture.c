@@ -6,10 +6,9 @@
 #include "core/mem.h"
 #include "ui/commands.h"
 #include "ui/drivers.h"
-#include <signal.h>
+#include "ui/remote.h"
 #include <stdlib.h>
 #include <string.h>
-#include <sys/signalfd.h>
 #include <unistd.h>
 
 struct args {
@@ -39,75 +38,14 @@ static void describe(const struct plan_report *r, struct doc *d)
     }
 }
 
-struct capture {
-    struct loop *loop;
-    struct shooter *shooter;
-    struct progress bar;
-    int signals, bad;
-    struct err how;
-};
-
-static void kept(void *ctx, const struct session_frame *f, int done, int planned)
+static void kept(void *ctx, int step, int attempt, const char *verdict, const char *reason,
+                 int done, int planned)
 {
-    struct capture *c = ctx;
-    if (strcmp(f->verdict, "good") != 0) {
-        c->bad++;
-        log_warn("step %d, shot %d: %s: %s", f->step.index, f->attempt, f->verdict, f->reason);
-    }
-    c->bar.total = planned;
-    progress_step(&c->bar, done - c->bar.done);
-}
-
-static void ended(void *ctx, const struct err *how)
-{
-    struct capture *c = ctx;
-    c->how = *how;
-    loop_stop(c->loop);
-}
-
-static void interrupted(void *ctx)
-{
-    struct capture *c = ctx;
-    struct signalfd_siginfo info;
-    if (read(c->signals, &info, sizeof info) == sizeof info)
-        shooter_abort(c->shooter);
-}
-
-static bool shoot(struct shooter_order *order, struct capture *c, struct err *e)
-{
-    sigset_t set, before;
-    sigemptyset(&set);
-    sigaddset(&set, SIGINT);
-    sigaddset(&set, SIGTERM);
-    sigprocmask(SIG_BLOCK, &set, &before); // before the drivers start their threads
-    c->loop = loop_new();
-    order->kept = kept;
-    order->end = ended;
-    order->ctx = c;
-    c->shooter = shooter_new(c->loop, order, e);
-    bool ok = c->shooter != NULL;
-    if (ok) {
-        int planned;
-        long done;
-        int before_done;
-        shooter_progress(c->shooter, &before_done, &planned);
-        done = before_done;
-        progress_start(&c->bar, "capturing", planned);
-        progress_step(&c->bar, done);
-        c->signals = signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
-        loop_watch(c->loop, c->signals, interrupted, c);
-        ok = loop_run(c->loop, e);
-        progress_end(&c->bar);
-        if (ok && c->how.code) {
-            *e = c->how;
-            ok = false;
-        }
-        close(c->signals);
-    }
-    shooter_free(c->shooter);
-    loop_free(c->loop);
-    sigprocmask(SIG_SETMASK, &before, NULL);
-    return ok;
+    struct progress *bar = ctx;
+    if (strcmp(verdict, "good") != 0)
+        log_warn("step %d, shot %d: %s: %s", step, attempt, verdict, reason);
+    bar->total = planned;
+    progress_step(bar, done - bar->done);
 }
 
 static bool report(const char *folder, struct cli *cli, struct err *e)
@@ -128,30 +66,42 @@ static bool report(const char *folder, struct cli *cli, struct err *e)
     return true;
 }
 
+static bool check(const struct args *a, const char *rig, const char *plan, struct cli *cli,
+                  struct err *e)
+{
+    struct plan_report r;
+    const struct shooter_order order = {
+        .rig = rig, .plan = plan, .session = a->out, .drivers = &all_drivers};
+    if (!shooter_check(&order, &r, e))
+        return false;
+    describe(&r, cli->doc);
+    return true;
+}
+
+static bool shoot(const struct args *a, const char *rig, const char *plan, struct cli *cli,
+                  struct err *e)
+{
+    struct progress bar;
+    struct err why;
+    const struct remote_order order = {.rig = rig,
+                                       .plan = plan,
+                                       .session = a->out,
+                                       .resume = a->resume,
+                                       .kept = kept,
+                                       .ctx = &bar};
+    progress_start(&bar, "capturing", 0);
+    const bool ok = remote_capture(&order, e);
+    progress_end(&bar);
+    return (ok || e->code == ERR_PARTIAL) && report(a->out, cli, ok ? e : &why) && ok;
+}
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct args *a = args;
-    struct capture c = {0};
-    struct plan_report plan;
-    char *rig = find_file(a->rig), *plan_file = find_file(a->plan);
-    struct shooter_order order = {.rig = rig,
-                                  .plan = plan_file,
-                                  .session = a->out,
-                                  .resume = a->resume,
-                                  .drivers = &all_drivers};
-    bool ok;
-    if (a->dry_run) {
-        ok = shooter_check(&order, &plan, e);
-        if (ok)
-            describe(&plan, cli->doc);
-    } else {
-        struct err why;
-        ok = shoot(&order, &c, e);
-        if (ok || e->code == ERR_PARTIAL)
-            ok = report(a->out, cli, ok ? e : &why) && ok;
-    }
+    char *rig = find_file(a->rig), *plan = find_file(a->plan);
+    const bool ok = a->dry_run ? check(a, rig, plan, cli, e) : shoot(a, rig, plan, cli, e);
     free(rig);
-    free(plan_file);
+    free(plan);
     return ok;
 }
 

@@ -1,0 +1,171 @@
+// remote.c - asks nacred for a capture and listens until it has ended.
+#define _GNU_SOURCE
+#include "ui/remote.h"
+#include "acquire/endpoint.h"
+#include "acquire/rpc.h"
+#include "acquire/stop.h"
+#include "core/mem.h"
+#include <errno.h>
+#include <limits.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+enum { LINE = 1 << 16 };
+
+struct remote {
+    const struct remote_order *order;
+    int fd;
+    int64_t capture; // 0: not yet answered
+    bool over, stopped;
+    struct err how;
+    char in[LINE + 1];
+    size_t n;
+};
+
+// nacred has its own working folder. The last part may not exist yet.
+static char *absolute(const char *path)
+{
+    char cwd[PATH_MAX];
+    return path[0] == '/' || !getcwd(cwd, sizeof cwd) ? xstrdup(path)
+                                                      : xasprintf("%s/%s", cwd, path);
+}
+
+static bool say(struct remote *r, char *line, struct err *e) // takes line
+{
+    const size_t n = strlen(line);
+    const bool ok = send(r->fd, line, n, MSG_NOSIGNAL) == (ssize_t)n;
+    free(line);
+    return ok || err_set(e, ERR_DEVICE, "nacred does not listen any more");
+}
+
+static bool ask_to_start(struct remote *r, struct err *e)
+{
+    struct rpc_object *o = rpc_object();
+    char *rig = absolute(r->order->rig), *plan = absolute(r->order->plan);
+    char *session = absolute(r->order->session);
+    rpc_put_text(o, "rig", rig);
+    rpc_put_text(o, "plan", plan);
+    rpc_put_text(o, "session", session);
+    rpc_put_flag(o, "resume", r->order->resume);
+    free(rig);
+    free(plan);
+    free(session);
+    return say(r, rpc_request(1, "capture.start", o), e);
+}
+
+static bool ask_to_stop(struct remote *r, struct err *e)
+{
+    struct rpc_object *o = rpc_object();
+    rpc_put_int(o, "capture", r->capture);
+    r->stopped = true;
+    return say(r, rpc_request(2, "capture.abort", o), e);
+}
+
+static const char *param_text(const struct rpc_message *m, const char *name)
+{
+    const char *text = rpc_text(m, name);
+    return text ? text : "";
+}
+
+static void note_progress(struct remote *r, const struct rpc_message *m)
+{
+    if (r->order->kept)
+        r->order->kept(r->order->ctx, (int)rpc_int(m, "step", -1), (int)rpc_int(m, "attempt", 0),
+                       param_text(m, "verdict"), param_text(m, "reason"),
+                       (int)rpc_int(m, "done", 0), (int)rpc_int(m, "planned", 0));
+}
+
+static bool line_came(struct remote *r, const char *line, struct err *e)
+{
+    enum rpc_code code;
+    struct rpc_message *m = rpc_read(line, &code, e);
+    if (!m)
+        return err_in(e, "nacred");
+    const char *event = rpc_method(m);
+    bool ok = true;
+    if (!event && rpc_id(m) == 1) {
+        ok = !rpc_is_error(m, e);
+        r->capture = rpc_int(m, "capture", 0);
+    } else if (event && !strcmp(event, "capture.frame")) {
+        note_progress(r, m);
+    } else if (event && !strcmp(event, "capture.end")) {
+        r->over = true;
+        r->how.code = (enum err_code)rpc_int(m, "code", ERR_DEVICE);
+        snprintf(r->how.msg, sizeof r->how.msg, "%s", param_text(m, "message"));
+    }
+    rpc_free(m);
+    return ok;
+}
+
+static bool receive(struct remote *r, struct err *e)
+{
+    const ssize_t n = read(r->fd, r->in + r->n, LINE - r->n);
+    if (n < 0 && errno == EINTR)
+        return true;
+    if (n <= 0)
+        return err_set(e, ERR_DEVICE, "nacred has died; the light is off, and --resume goes on");
+    r->n += (size_t)n;
+    r->in[r->n] = 0;
+    char *start = r->in, *end;
+    while ((end = strchr(start, '\n'))) {
+        *end = 0;
+        if (!line_came(r, start, e))
+            return false;
+        start = end + 1;
+    }
+    r->n -= (size_t)(start - r->in);
+    memmove(r->in, start, r->n);
+    return r->n < LINE || err_set(e, ERR_DEVICE, "nacred sends too long a line");
+}
+
+static bool wait_for_end(struct remote *r, struct err *e)
+{
+    while (!r->over) {
+        struct pollfd p[2] = {{r->fd, POLLIN, 0}, {stop_fd(true), POLLIN, 0}};
+        if (poll(p, 2, -1) < 0 && errno != EINTR)
+            return err_errno(e, "poll");
+        if (p[1].revents) {
+            const bool got = stop_asked();
+            if (got && (r->stopped || !r->capture)) // asked twice, or nothing to stop yet
+                return err_set(e, ERR_PARTIAL, "interrupted");
+            if (got && !ask_to_stop(r, e))
+                return false;
+        }
+        if (p[0].revents && !receive(r, e))
+            return false;
+    }
+    if (r->how.code)
+        *e = r->how;
+    return r->how.code == ERR_NONE;
+}
+
+static bool once(const struct remote_order *order, struct err *e)
+{
+    struct remote *r = xcalloc(1, sizeof *r);
+    r->order = order;
+    r->fd = endpoint_connect(e);
+    const bool ok = r->fd >= 0 && ask_to_start(r, e) && wait_for_end(r, e);
+    if (r->fd >= 0)
+        close(r->fd);
+    free(r);
+    return ok;
+}
+
+bool remote_capture(const struct remote_order *order, struct err *e)
+{
+    enum { TRIES = 50, EACH_US = 100000 };
+    stop_fd(true); // from here on signals wait until they are looked at
+    bool ok = once(order, e);
+    // What is to be resumed may not have ended yet: nacred needs a moment when its client dies.
+    for (int k = 0; !ok && order->resume && e->code == ERR_FILE && k < TRIES &&
+                    strstr(e->msg, "another process is writing");
+         k++) {
+        usleep(EACH_US);
+        ok = once(order, e);
+    }
+    return ok;
+}
