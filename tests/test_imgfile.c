@@ -149,6 +149,11 @@ TEST(a_camera_jpeg_brings_its_exposure)
     assert_true(meta_num(&im.meta, "isoSpeed", &v) && v == 100);
     assert_true(meta_num(&im.meta, "aperture", &v) && v == 4);
     image_finish(&im);
+    path = shared_or_skip("data/brackets/canon7d/IMG_0114.jpg"); // f/4 is 4 in APEX units too
+    assert_true(image_read(&im, path, &e));
+    assert_true(meta_num(&im.meta, "aperture", &v) && v == 14);
+    assert_string_equal(meta_text(&im.meta, "cameraModel"), "Canon EOS 7D");
+    image_finish(&im);
 }
 
 TEST(a_foreign_radiance_map_reads)
