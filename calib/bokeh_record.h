@@ -22,10 +22,17 @@ struct bokeh_record {
     double sigma_px;                 // of the PSF
     int iterations;                  // of Richardson-Lucy
     double gain_m, offset;
-    double rmse; // of the grating's profile, relative to its height
+    double level;      // mean of the grating's disc, in samples of the file; 0: not known
+    double exposure_s; // of that photograph; NAN: not known
+    double rmse;       // of the grating's profile, relative to its height
 };
 
 bool bokeh_record_write(const struct bokeh_record *b, const char *command, const char *path,
                         struct err *e);
 // ERR_FILE: cannot be opened; ERR_DATA: not such a record, a value out of range.
 bool bokeh_record_read(struct bokeh_record *b, const char *path, struct err *e);
+
+// The sample value that is I = 1 in this photograph: the record's, times the ratio of the exposures
+// (time and ISO) where both photographs tell theirs; 0 when the record does not know it: then the
+// mean of the disc itself.
+double bokeh_record_level(const struct bokeh_record *b, const struct image *im);

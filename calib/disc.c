@@ -269,6 +269,7 @@ bool disc_light_fit(struct disc_light *out, const struct disc *d, const float *p
     if (!ok || !(sum > 0))
         return err_set(e, ERR_DATA, "the disc's light cannot be fitted: it is dark");
     l.level = sum / (double)n;
+    l.mean = 1;
     for (int k = 0; k < POLY_TERMS; k++)
         l.term[k] /= l.level;
     *out = l;
@@ -282,6 +283,12 @@ double disc_light_at(const struct disc_light *l, double i, double j)
     return l->level * fmax(light, 0.02); // a fit's wiggle must not divide by nothing
 }
 
+void disc_light_relate(struct disc_light *l, double level)
+{
+    l->mean *= l->level / level;
+    l->level = level;
+}
+
 void disc_flatten(const struct disc_light *l, const float *px, int w, int h, float *out)
 {
 #pragma omp parallel for schedule(static)
@@ -289,6 +296,6 @@ void disc_flatten(const struct disc_light *l, const float *px, int w, int h, flo
         for (int i = 0; i < w; i++) {
             const size_t k = (size_t)j * (size_t)w + (size_t)i;
             const bool in = hypot(i - l->disc.cx_px, j - l->disc.cy_px) <= l->disc.radius_px;
-            out[k] = in ? (float)((double)px[k] / disc_light_at(l, i, j)) : 1;
+            out[k] = in ? (float)((double)px[k] / disc_light_at(l, i, j)) : (float)l->mean;
         }
 }

@@ -14,15 +14,20 @@ struct disc {
 bool disc_find(struct disc *d, const float *px, int w, int h, struct err *e);
 
 // The smooth light inside the disc, a polynomial of degree 4 in (x, y) fitted within 0.97 of the
-// radius, scaled so that its mean there is 1; then px / (mean level * light) has the mean 1.
+// radius, scaled so that its mean there is 1; then px / (level * light) has the mean `mean`: 1 when
+// the level is the disc's own.
 struct disc_light {
     struct disc disc;
-    double level;            // mean of the samples
+    double level;            // of the samples that becomes 1
+    double mean;             // of the disc over that level
     double term[POLY_TERMS]; // x and y in radii
 };
 bool disc_light_fit(struct disc_light *l, const struct disc *d, const float *px, int w, int h,
                     struct err *e);
 double disc_light_at(const struct disc_light *l, double i, double j); // samples of even reflectance
 
-// px / light within the radius; 1 outside, so that the picture has no step at the rim.
+// Makes another level 1: that of a calibration, so that brightness compares with it.
+void disc_light_relate(struct disc_light *l, double level);
+
+// px / light within the radius; its mean outside, so that the picture has no step at the rim.
 void disc_flatten(const struct disc_light *l, const float *px, int w, int h, float *out);

@@ -11,7 +11,7 @@
 
 static const double GREEN_M = 520e-9; // the wavelength of T17's 343 lp/mm at f/5.6
 
-// A part of the picture round the disc, flat: 1 is its mean.
+// A part of the picture round the disc, flat: 1 is the level of the calibration.
 struct flat {
     int w, h;
     int left, top; // of the picture
@@ -19,7 +19,7 @@ struct flat {
 };
 
 static bool flat_init(struct flat *f, const float *px, int w, int h, const struct disc *d,
-                      double margin_px, struct err *e)
+                      double level, double margin_px, struct err *e)
 {
     struct disc_light light;
     float *whole = sample_alloc((size_t)w * (size_t)h, sizeof *whole, "picture", e);
@@ -27,6 +27,8 @@ static bool flat_init(struct flat *f, const float *px, int w, int h, const struc
         free(whole);
         return false;
     }
+    if (level > 0)
+        disc_light_relate(&light, level);
     disc_flatten(&light, px, w, h, whole);
     const int reach = (int)ceil(d->radius_px + margin_px);
     const int left = (int)fmax(0, floor(d->cx_px) - reach),
@@ -263,7 +265,9 @@ bool bokeh_height(const struct image *im, const struct bokeh_record *rec,
             res->score[k] = score(other.px, other.w, other.h, &res->disc);
         image_finish(&other);
     }
-    ok = ok && flat_init(&f, one.px, one.w, one.h, &res->disc, 6 * rec->sigma_px, e) &&
+    ok = ok &&
+         flat_init(&f, one.px, one.w, one.h, &res->disc, bokeh_record_level(rec, im),
+                   6 * rec->sigma_px, e) &&
          sharpen(&f, rec, &res->iterations, e) && cut_square(&f, &res->disc, rec, &hf, e) &&
          finish(&hf, opt, im, res, e);
     if (ok)

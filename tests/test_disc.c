@@ -120,6 +120,8 @@ TEST(a_bokeh_record_reads_back_and_refuses_what_it_cannot_be)
                              .iterations = 30,
                              .gain_m = 9e-7,
                              .offset = 0.7,
+                             .level = 0.36,
+                             .exposure_s = NAN,
                              .rmse = 0.04};
     struct bokeh_record back;
     struct err e = {0};

@@ -3,6 +3,7 @@
 #include "ui/cli.h"
 
 extern const struct command cmd_demo;
+extern const struct command cmd_calib;
 extern const struct command cmd_capture;
 extern const struct command cmd_session;
 extern const struct command cmd_hdr;

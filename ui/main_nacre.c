@@ -7,6 +7,7 @@ static const struct command *const commands[] = {
     &cmd_capture,
     &cmd_session,
     &cmd_hdr,
+    &cmd_calib,
     &cmd_lut,
     &cmd_bokeh,
     &cmd_deconvolve,

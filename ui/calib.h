@@ -1,0 +1,15 @@
+// calib.h - the verbs of nacre calib: what they take, one function each (calib_<verb>.c).
+#pragma once
+#include "ui/cli.h"
+
+// All options; each verb says in cmd_calib.c which ones are its own.
+struct calib_args {
+    const char *out;
+    const char *times, *method, *dark, *channel;
+    double black, white;
+    double lines_per_m, blaze_rad; // bokeh, spectral: a known grating
+    const char *turn;
+};
+
+// cli->operand holds what stands behind the verb.
+bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e);
