@@ -1,4 +1,4 @@
-// env_kernel.c - rasterises a table with B-splines and transforms it, once per power of w.
+// env_kernel.c - shares a table out to the grid and transforms it, once per kernel.
 #define _GNU_SOURCE
 #include "process/env_kernel.h"
 #include "core/mem.h"
@@ -9,8 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RIM = 14 }; // nodes beyond disk and table that splines reach; 0.27^12 is 1e-7
-
 // How the table's nodes share out to the grid along one axis: row k is the grid node
 // (k - reach) * step, of the band of table nodes first[k] .. first[k] + count[k] - 1.
 struct raster {
@@ -20,9 +18,12 @@ struct raster {
 };
 
 // Two-point Gauss per piece: B-spline times cubic is smooth within pieces of half a step.
-static bool raster_init(struct raster *r, const struct table *t, double step, struct err *e)
+// `turned` makes room for the table's corners.
+static bool raster_init(struct raster *r, const struct table *t, bool turned, double step,
+                        struct err *e)
 {
-    *r = (struct raster){.reach = (int)ceil(t->range / step) + RIM, .n = t->n};
+    const double range = turned ? fmin(2, M_SQRT2 * t->range) : t->range;
+    *r = (struct raster){.reach = (int)ceil(fmax(range, t->range) / step) + ENV_RIM, .n = t->n};
     const int rows = 2 * r->reach + 1;
     r->weight = sample_alloc((size_t)rows * (size_t)t->n, sizeof *r->weight, "table raster", e);
     r->first = xcalloc((size_t)rows, sizeof *r->first);
@@ -117,42 +118,74 @@ static void shape_spectrum(double *spec, const struct env_grid *g)
         }
 }
 
-// The plane of channel c times the coefficient of w^power, summed over the tables, transformed.
+// A plane of samples turned by an angle: read at the places turned back, as the spline through it.
+static bool turn_plane(double *plane, int reach, double angle_rad, struct err *e)
+{
+    const int rows = 2 * reach + 1;
+    const size_t width = (size_t)rows * 3;
+    double *fit = sample_alloc((size_t)rows * width, sizeof *fit, "table raster", e);
+    if (!fit)
+        return false;
+    memcpy(fit, plane, (size_t)rows * width * sizeof *fit);
+    for (int k = 0; k < rows; k++)
+        bspline_fit_vectors(fit + (size_t)k * width, rows, 3, 3);
+    bspline_fit_vectors(fit, rows, width, width);
+    const double c = cos(angle_rad), s = sin(angle_rad);
+#pragma omp parallel for
+    for (int j = -reach; j <= reach; j++)
+        for (int i = -reach; i <= reach; i++) {
+            const double x = reach + c * i + s * j, y = reach - s * i + c * j;
+            double *out = plane + (size_t)(j + reach) * width + 3 * (size_t)(i + reach);
+            const int x0 = (int)floor(x), y0 = (int)floor(y);
+            out[0] = out[1] = out[2] = 0;
+            if (x0 < 1 || y0 < 1 || x0 + 2 >= rows || y0 + 2 >= rows)
+                continue;
+            double wx[4], wy[4];
+            bspline_weights(x - x0, wx);
+            bspline_weights(y - y0, wy);
+            for (int q = 0; q < 4; q++) {
+                const double *from = fit + (size_t)(y0 - 1 + q) * width + 3 * (size_t)(x0 - 1);
+                for (int p = 0; p < 12; p++)
+                    out[p % 3] += wy[q] * wx[p / 3] * from[p];
+            }
+        }
+    free(fit);
+    return true;
+}
+
+// The planes of channel c times a kernel's function of q, summed over the tables, transformed.
 static bool transform(struct env_kernel *k, const struct fft *fft, int reach, double *const *planes,
-                      int c, int power, struct err *e)
+                      int c, int kernel, struct err *e)
 {
     const int p = k->grid.period;
-    const size_t line = 2 * ((size_t)p / 2 + 1);
+    const size_t line = 2 * ((size_t)p / 2 + 1), rows = 2 * (size_t)reach + 1;
     double *spec = sample_alloc((size_t)p * line, sizeof *spec, "kernel", e);
     if (!spec)
         return false;
-    const size_t rows = 2 * (size_t)reach + 1;
-    for (int m = 0; m < k->zonal.count; m++)
+    for (int m = 0; m < k->terms.zonal.count; m++)
         for (int j = -reach; j <= reach; j++)
             for (int i = -reach; i <= reach; i++) {
                 const double q = k->grid.step * k->grid.step * (i * i + j * j);
                 const size_t from = ((size_t)(j + reach) * rows + (size_t)(i + reach)) * 3;
                 spec[(size_t)((j + p) % p) * line + (size_t)((i + p) % p)] +=
-                    zonal_coef(&k->zonal, m, q, power) * planes[m][from + (size_t)c];
+                    zonal_coef(&k->terms.zonal, m, q, kernel) * planes[m][from + (size_t)c];
             }
     fft_run(fft, spec, spec);
     shape_spectrum(spec, &k->grid);
-    k->spec[c][power] = spec;
+    k->spec[c][kernel] = spec;
     return true;
 }
 
 static bool transform_all(struct env_kernel *k, int reach, double *const *planes, struct err *e)
 {
     struct fft *fft = fft_new(FFT_R2C, FFT_DOUBLE, k->grid.period, k->grid.period, 1, true, e);
+    const int kernels = k->terms.n_kernel;
     bool ok = fft != NULL;
-    const int powers = k->zonal.degree + 1;
 #pragma omp parallel for schedule(dynamic)
-    for (int job = 0; job < 3 * powers; job++) {
+    for (int job = 0; job < 3 * kernels; job++) {
         struct err mine = {0};
-        bool used = false;
-        for (int m = 0; m < k->zonal.count; m++)
-            used = used || zonal_uses(&k->zonal, m, job % powers);
-        if (fft && used && !transform(k, fft, reach, planes, job / powers, job % powers, &mine)) {
+        if (fft && zonal_uses(&k->terms.zonal, job % kernels) &&
+            !transform(k, fft, reach, planes, job / kernels, job % kernels, &mine)) {
 #pragma omp critical
             {
                 ok = false;
@@ -172,28 +205,42 @@ static double node_spacing(const struct table *t)
     return least;
 }
 
+// A window of o needs light up to the table's reach around it, where there is any; the sums reach
+// as far again, and must not come back into the window from the other side.
+static struct env_grid grid_of(double step, double span, int reach)
+{
+    const int all = 2 * (int)ceil(1 / step) + 1 + 2 * ENV_RIM;
+    const int window = span < 2 ? (int)ceil(span / step) + 1 + 2 * ENV_RIM : all;
+    const int around = reach < all - window ? reach : all - window; // on one side at most
+    const int both = 2 * reach < all - window ? 2 * reach : all - window;
+    return (struct env_grid){step, span, reach, window + both,
+                             fft_good_size(window + around + reach)};
+}
+
 bool env_kernel_init(struct env_kernel *k, const struct table *t, const struct fresnel *f,
-                     double tolerance, double step, double detail_rad, struct err *e)
+                     const struct env_how *how, struct err *e)
 {
     *k = (struct env_kernel){.not_negative = true};
-    if (step <= 0)
-        step = fmin(.05, fmax(1 / 2048., fmax(node_spacing(t), detail_rad / 3)));
+    const double span = how->span > 0 ? fmin(2, how->span) : 2;
+    const double step =
+        how->step > 0 ? how->step
+                      : fmin(.05, fmax(1 / 2048., fmax(node_spacing(t), how->detail_rad / 3)));
     const size_t samples = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
     for (size_t s = 0; s < samples; s++)
         k->not_negative = k->not_negative && t->tab[s] >= 0;
-    if (!zonal_fit(&k->zonal, t, f, tolerance, e))
+    if (!(how->products ? env_terms_products(&k->terms, t, f, how->products, e)
+                        : env_terms_polynomial(&k->terms, t, f, how->tolerance, e)))
         return false;
 
     struct raster r;
-    bool ok = raster_init(&r, t, step, e);
-    k->grid = (struct env_grid){.step = step, .half = (int)ceil(1 / step) + RIM};
-    k->grid.side = 2 * k->grid.half + 1;
-    k->grid.period = fft_good_size(k->grid.side + r.reach);
+    bool ok = raster_init(&r, t, how->turn_rad != 0, step, e);
+    k->grid = grid_of(step, span, r.reach);
     const size_t rows = 2 * (size_t)r.reach + 1;
     double **planes = xcalloc((size_t)t->count, sizeof *planes);
     for (int m = 0; ok && m < t->count; m++) {
         planes[m] = sample_alloc(rows * rows * 3, sizeof **planes, "table raster", e);
-        ok = planes[m] && rasterise(&r, t, m, planes[m], e);
+        ok = planes[m] && rasterise(&r, t, m, planes[m], e) &&
+             (how->turn_rad == 0 || turn_plane(planes[m], r.reach, how->turn_rad, e));
     }
     ok = ok && transform_all(k, r.reach, planes, e);
     for (int m = 0; m < t->count; m++)
@@ -210,8 +257,8 @@ void env_kernel_finish(struct env_kernel *k)
     if (!k)
         return;
     for (int c = 0; c < 3; c++)
-        for (int p = 0; p <= ZONAL_MOST; p++)
+        for (int p = 0; p < TERMS_MOST; p++)
             free(k->spec[c][p]);
-    zonal_finish(&k->zonal);
+    env_terms_finish(&k->terms);
     *k = (struct env_kernel){0};
 }

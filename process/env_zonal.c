@@ -107,14 +107,11 @@ static bool fit_degree(struct zonal *z, const struct table *t, const struct fres
 bool zonal_fit(struct zonal *z, const struct table *t, const struct fresnel *f, double tolerance,
                struct err *e)
 {
+    const bool exact = t->basis == TABLE_PLAIN && !f->schlick;
     *z = (struct zonal){.count = t->count, .n = VALUES, .h_max = fmin(2, M_SQRT2 * t->range)};
-    if (t->basis == TABLE_PLAIN && !f->schlick) {
-        z->degree = 4;
-        return true;
-    }
     z->coef = xcalloc((size_t)z->count * VALUES * (ZONAL_MOST + 1), sizeof *z->coef);
     double best = INFINITY;
-    for (z->degree = 0; z->degree <= ZONAL_MOST; z->degree++) {
+    for (z->degree = 0; z->degree <= (exact ? 3 : ZONAL_MOST); z->degree++) {
         if (!fit_degree(z, t, f, tolerance, e)) {
             zonal_finish(z);
             return false;
@@ -124,8 +121,17 @@ bool zonal_fit(struct zonal *z, const struct table *t, const struct fresnel *f, 
         best = fmin(best, z->error);
     }
     zonal_finish(z);
-    return err_set(e, ERR_DATA, "bad tolerance %g: the zonal weight can be had to %.2g", tolerance,
-                   best);
+    if (exact)
+        *z = (struct zonal){.degree = 4, .count = 1};
+    return exact || err_set(e, ERR_DATA,
+                            "bad tolerance %g: the zonal weight of this table can be had to %.2g",
+                            tolerance, best);
+}
+
+void zonal_one(struct zonal *z)
+{
+    *z = (struct zonal){.count = 1, .n = 2, .h_max = 1, .coef = xcalloc(2, sizeof *z->coef)};
+    z->coef[0] = z->coef[1] = 1;
 }
 
 void zonal_finish(struct zonal *z)
@@ -146,13 +152,13 @@ double zonal_coef(const struct zonal *z, int m, double q, int k)
     return c[0] + (x - i) * (c[n] - c[0]);
 }
 
-bool zonal_uses(const struct zonal *z, int m, int k)
+bool zonal_uses(const struct zonal *z, int k)
 {
     if (!z->coef)
         return k % 2 == 0;
-    for (int i = 0; i < z->n; i++)
-        if (z->coef[((size_t)m * (size_t)z->n + (size_t)i) * (size_t)(z->degree + 1) + (size_t)k] !=
-            0)
+    const int n = z->degree + 1;
+    for (int i = 0; i < z->count * z->n; i++)
+        if (z->coef[(size_t)i * (size_t)n + (size_t)k] != 0)
             return true;
     return false;
 }

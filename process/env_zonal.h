@@ -1,9 +1,8 @@
-// env_zonal.h - what a light's angle does to its weight, and that weight as few products.
+// env_zonal.h - what the angle between light and viewer does: the zonal weight, and as polynomials.
 //
 // With h = wi + wo, q = (h.t)^2 + (h.b)^2 and w = h.n, the zonal weight of docs/optics.md is a
-// function of 1 + wi.wo = |h|^2 / 2 = (q + w^2) / 2. As a polynomial in w, w = i_n + o_n makes it a
-// sum of products f(wi) k(h_t, h_b) g(wo), each one plane convolution; for constant Fresnel
-// Z = q^2/4 + q w^2/2 + w^4/4: nine products, exact, with five different f and five different g.
+// function of 1 + wi.wo = |h|^2 / 2 = (q + w^2) / 2; for constant Fresnel it is the polynomial
+// Z = q^2/4 + q w^2/2 + w^4/4 in w, for others a polynomial in w comes as near as is asked for.
 #pragma once
 #include "core/table.h"
 
@@ -25,7 +24,7 @@ enum { ZONAL_MOST = 12 };
 struct zonal {
     int degree, count, n; // count tables, n values of sqrt(q) from 0 to h_max
     double h_max;
-    double *coef; // [count][n][degree + 1], owned; NULL for a plain table and constant Fresnel
+    double *coef; // [count][n][degree + 1], owned; NULL when the one above is exact
     double error; // largest found: of Z relative to Z or to Z(1)/1000, whichever is larger
 };
 
@@ -33,6 +32,7 @@ struct zonal {
 // had when none up to ZONAL_MOST is.
 bool zonal_fit(struct zonal *z, const struct table *t, const struct fresnel *f, double tolerance,
                struct err *e);
+void zonal_one(struct zonal *z); // degree 0, 1 everywhere: a plain table as it is
 void zonal_finish(struct zonal *z);
 double zonal_coef(const struct zonal *z, int m, double q, int k);
-bool zonal_uses(const struct zonal *z, int m, int k); // false: that coefficient is 0 everywhere
+bool zonal_uses(const struct zonal *z, int k); // false: that coefficient is 0 everywhere

@@ -216,8 +216,9 @@ bool surround_prefilter(const struct surround *s, const struct material *m, cons
                         int n, struct image *map, struct err *e)
 {
     const struct fresnel fresnel = {true, m->r0};
+    const struct env_how how = {.tolerance = 2e-3, .detail_rad = M_PI / s->env.map.h};
     struct env_kernel kernel = {0};
-    bool ok = env_kernel_init(&kernel, &m->table, &fresnel, 2e-3, 0, M_PI / s->env.map.h, e) &&
+    bool ok = env_kernel_init(&kernel, &m->table, &fresnel, &how, e) &&
               env_exact(&kernel, &s->env, f, n, map, e);
     env_kernel_finish(&kernel);
     if (!ok)

@@ -70,11 +70,11 @@ static inline struct table case_table(int n, double range, int power)
 static inline void case_truth(const struct frame *f, const struct frame *turn, double range,
                               double r0, const double o[2], double rgb[2][3])
 {
-    enum { RINGS = 500, SPOKES = 1400 };
+    enum { RINGS = 400, SPOKES = 1000 };
     const double on = sqrt(1 - o[0] * o[0] - o[1] * o[1]);
     memset(rgb, 0, 6 * sizeof **rgb);
     for (int a = 0; a < RINGS; a++) {
-        const double i_n = (a + .5) / RINGS, rho = sqrt(1 - i_n * i_n);
+        const double th = M_PI / 2 * (a + .5) / RINGS, i_n = cos(th), rho = sin(th);
         for (int s = 0; s < SPOKES; s++) {
             const double phi = 2 * M_PI * (s + .5) / SPOKES;
             const double it = rho * cos(phi), ib = rho * sin(phi);
@@ -85,14 +85,14 @@ static inline void case_truth(const struct frame *f, const struct frame *turn, d
             double sky[3];
             case_sky(frame_local(turn, frame_world(f, v3(it, ib, i_n))), sky);
             for (int c = 0; c < 3; c++) {
-                const double light = z * case_pattern(it + o[0], ib + o[1], c) * sky[c];
+                const double light = rho * z * case_pattern(it + o[0], ib + o[1], c) * sky[c];
                 rgb[0][c] += light;
                 rgb[1][c] += light * fresnel;
             }
         }
     }
     for (int k = 0; k < 6; k++)
-        rgb[k / 3][k % 3] *= 4 * M_PI * M_PI / on * 2 * M_PI / RINGS / SPOKES;
+        rgb[k / 3][k % 3] *= 4 * M_PI * M_PI / on * M_PI * M_PI / RINGS / SPOKES;
 }
 
 static const struct frame case_axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

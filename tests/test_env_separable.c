@@ -99,10 +99,11 @@ TEST(four_passes_meet_the_exact_method_near_the_normal_whatever_the_sample_s_tur
     struct environment env = case_environment(128, &case_axes);
     struct table t = case_table(161, .3, 1);
     const struct fresnel constant = {false, 1};
+    const struct env_how how = {.tolerance = 1e-3, .detail_rad = M_PI / 128};
     struct env_kernel k;
     struct err e = {0};
     struct factors f = factors_of(&t, 5, false);
-    assert_true(env_kernel_init(&k, &t, &constant, 1e-3, 0, M_PI / 128, &e));
+    assert_true(env_kernel_init(&k, &t, &constant, &how, &e));
     for (int q = 0; q < 4; q++) {
         // The third sample faces a pole, the lights are in sight of all.
         static const double normal[4][3] = {
@@ -110,9 +111,9 @@ TEST(four_passes_meet_the_exact_method_near_the_normal_whatever_the_sample_s_tur
         const struct frame frame =
             case_frame(.1 + q, .8, .4 * q, normal[q][0], normal[q][1], normal[q][2]);
         struct image exact, map;
-        const struct separable how = {512, 256, true};
+        const struct separable four = {512, 256, true};
         assert_true(env_exact(&k, &env, &frame, 129, &exact, &e));
-        assert_true(env_separable(&f, &env, &frame, &how, &map, &e));
+        assert_true(env_separable(&f, &env, &frame, &four, &map, &e));
         double wrong = 0, all = 0;
         for (int j = 48; j <= 80; j++)
             for (int i = 48; i <= 80; i++) { // within 15 degrees along the axes

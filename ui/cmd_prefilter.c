@@ -19,7 +19,7 @@ struct args {
     int power;
     const char *tangent, *normal, *method, *fresnel;
     double r0, tolerance;
-    int rank;
+    int products, rank;
     bool align;
     const char *passes;
     int taps;
@@ -43,6 +43,8 @@ static const struct opt opts[] = {
     {"r0", OPT_NUM, AT(r0), "R0", "0.04", "power reflectance at normal incidence (schlick)"},
     {"tolerance", OPT_NUM, AT(tolerance), "E", "1e-3",
      "of the Fresnel term and the weight of angles, relative (exact)"},
+    {"products", OPT_INT, AT(products), "N", NULL,
+     "the best so many in place of the tolerance, 1 to 16 (exact)"},
     {"rank", OPT_INT, AT(rank), "R", "1", "products of the table (separable)"},
     {"align", OPT_FLAG, AT(align), NULL, NULL,
      "turn the pattern's main directions into axes first (separable)"},
@@ -101,14 +103,18 @@ struct job {
 static bool exact(const struct job *j, struct doc *d, struct image *out, struct err *e)
 {
     const double start = now_s();
+    const struct env_how how = {.tolerance = j->a->tolerance,
+                                .products = j->a->products,
+                                .detail_rad = M_PI / j->env->map.h};
     struct env_kernel k;
-    if (!env_kernel_init(&k, j->lut, &j->fresnel, j->a->tolerance, 0, M_PI / j->env->map.h, e))
+    if (!env_kernel_init(&k, j->lut, &j->fresnel, &how, e))
         return false;
     const double ready = now_s();
     const bool ok = env_exact(&k, j->env, &j->frame, j->a->size, out, e);
     doc_int(d, "grid", k.grid.side);
-    doc_int(d, "degree", k.zonal.degree);
-    doc_num(d, "weight_error", k.zonal.error);
+    doc_int(d, "products", k.terms.n);
+    doc_int(d, "transforms", k.terms.n_pre + k.terms.n_post);
+    doc_num(d, "weight_error", k.terms.error);
     doc_num(d, "kernel_s", ready - start);
     env_kernel_finish(&k);
     return ok;
