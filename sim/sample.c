@@ -155,15 +155,48 @@ void sample_orders(const struct sample *s, double q, int m_max, int n_max, doubl
     free(m);
 }
 
-double complex sample_reflectance(const struct sample *s, double x_m, double y_m, double q)
+// The shape at a place of the lattice, NULL on the ground; *part: how far from s0 to s1.
+static const struct shape *shape_at(const struct sample *s, double x_m, double y_m, double *part)
 {
     const double x = x_m / s->period_x_m, y = isinf(s->period_y_m) ? 0.5 : y_m / s->period_y_m;
     for (int k = 0; k < s->n_shapes; k++) {
         const struct shape *p = &s->shape[k];
         const double t = y - p->t0 - floor(y - p->t0);
         const double from = p->s0 + p->shear * t, at = x - from - floor(x - from);
+        *part = at / (p->s1 - p->s0);
         if (t < p->t1 - p->t0 && at < p->s1 - p->s0)
-            return p->amplitude * cis(q * (p->height_m + p->rise_m * at / (p->s1 - p->s0)));
+            return p;
     }
-    return s->ground;
+    return NULL;
+}
+
+double complex sample_reflectance(const struct sample *s, double x_m, double y_m, double q)
+{
+    double part;
+    const struct shape *p = shape_at(s, x_m, y_m, &part);
+    return p ? p->amplitude * cis(q * (p->height_m + p->rise_m * part)) : s->ground;
+}
+
+static double map_height(const struct hfield *h, double x_m, double y_m)
+{
+    const double x = x_m / h->dx_m, y = y_m / h->dy_m, fx = x - floor(x), fy = y - floor(y);
+    const int i = (int)(x - h->nx * floor(x / h->nx)) % h->nx;
+    const int j = (int)(y - h->ny * floor(y / h->ny)) % h->ny;
+    const int i1 = (i + 1) % h->nx, j1 = (j + 1) % h->ny;
+    const float *a = h->z + (size_t)j * (size_t)h->nx, *b = h->z + (size_t)j1 * (size_t)h->nx;
+    return (1 - fy) * ((1 - fx) * (double)a[i] + fx * (double)a[i1]) +
+           fy * ((1 - fx) * (double)b[i] + fx * (double)b[i1]);
+}
+
+double sample_height(const struct sample *s, double x_m, double y_m, double *amplitude)
+{
+    const double c = cos(s->turn_rad), i = sin(s->turn_rad);
+    const double x = c * x_m + i * y_m, y = c * y_m - i * x_m;
+    double part;
+    *amplitude = 1;
+    if (s->map.z)
+        return map_height(&s->map, x, y);
+    const struct shape *p = shape_at(s, x, y, &part);
+    *amplitude = p ? p->amplitude : s->ground;
+    return p ? p->height_m + p->rise_m * part : 0;
 }

@@ -53,3 +53,6 @@ double complex sample_order(const struct sample *s, int m, int n, double q);
 void sample_orders(const struct sample *s, double q, int m_max, int n_max, double complex *out);
 // r at a place of the lattice (shapes only), for tests by direct summation.
 double complex sample_reflectance(const struct sample *s, double x_m, double y_m, double q);
+
+// Height and amplitude at a place of the sample, its turn included; between a map's nodes bilinear.
+double sample_height(const struct sample *s, double x_m, double y_m, double *amplitude);

@@ -86,7 +86,7 @@ static bool read_all(struct sim_scene *s, struct yaml *y, const struct rig *rig,
     const bool ok = ymap_map(root, "sample", Y_NEEDED, &sample, e) &&
                     sample_read(&s->sample, sample, s->path, e) &&
                     read_sensor(&s->sensor, root, rig, e) &&
-                    view_read(&s->view, root, &s->sample, e);
+                    view_read(&s->view, root, &s->sample, e) && bokeh_read(&s->bokeh, root, e);
     struct err ignored;
     return yaml_close(y, ok, ok ? e : &ignored) && ok;
 }

@@ -5,6 +5,7 @@
 // L = f E.
 #pragma once
 #include "core/rig.h"
+#include "sim/bokeh.h"
 #include "sim/view.h"
 
 struct sim_sensor {
@@ -30,6 +31,7 @@ struct sim_scene {
     char *path; // owned
     struct sample sample;
     struct sim_view view;
+    struct sim_bokeh bokeh;
     struct sim_sensor sensor;
 };
 

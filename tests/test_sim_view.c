@@ -244,7 +244,74 @@ TEST(a_large_light_blurs_the_pattern_by_its_size)
     sim_scene_finish(&s);
 }
 
-TEST_MAIN(cmocka_unit_test(orders_lie_at_m_lambda_over_d_within_a_tenth_of_a_pixel),
+TEST(a_bokeh_shows_the_grating_turned_and_blue_sharpest)
+{
+    struct sim_scene s;
+    struct image im;
+    struct err e = {0};
+    open_scene(&s, "sample: {kind: blazed, lines: 300/mm, blaze: 10deg}\n"
+                   "bokeh: {width: 400, height: 300, radius: 140px, pixel: 0.1um}\n");
+    assert_true(bokeh_photo(&s.bokeh, &s.sample, &im, &e));
+    assert_near((double)im.px[0], 0, 1e-6); // outside the disc
+    // The grating runs along x; turned counter-clockwise it runs up: a column repeats every 33.3
+    // px.
+    double contrast[3], drift = 0;
+    for (int c = 0; c < 3; c++) {
+        double re = 0, im_ = 0, mean = 0;
+        for (int j = 100; j < 200; j++) { // three periods
+            const double l = (double)im.px[(j * 400 + 200) * 3 + c];
+            re += l * cos(2 * M_PI * j * 0.1 / (1e3 / 300));
+            im_ += l * sin(2 * M_PI * j * 0.1 / (1e3 / 300));
+            mean += l;
+        }
+        contrast[c] = hypot(re, im_) / mean;
+    }
+    for (int i = 180; i < 220; i++)
+        drift = fmax(
+            drift,
+            fabs((double)im.px[(150 * 400 + i) * 3] / (double)im.px[(150 * 400 + 200) * 3] - 1));
+    assert_true(contrast[0] > 0.1 && contrast[1] > contrast[0] && contrast[2] > contrast[1]);
+    assert_true(drift < 0.01); // along the lines only the shade changes
+    // Heights rise with x, that is upwards: from one pixel to the one above it grows brighter, save
+    // at the step.
+    int brighter = 0;
+    for (int j = 100; j < 200; j++)
+        brighter += im.px[((j - 1) * 400 + 200) * 3 + 2] > im.px[(j * 400 + 200) * 3 + 2];
+    assert_true(brighter > 70);
+    image_finish(&im);
+    sim_scene_finish(&s);
+}
+
+TEST(scenes_that_cannot_be_are_refused_with_their_line)
+{
+    static const struct {
+        const char *text, *msg;
+    } bad[] = {
+        {"sample: {kind: flat}\nview: {h-per-pixel: 0}\n",
+         "s.yaml:2: h-per-pixel: 0 is out of range: must be 1e-07 to 1"},
+        {"sample: {kind: cd}\n", "s.yaml:1: a disc or a bent sample needs 'kind: camera'"},
+        {"sample: {kind: flat}\nview:\n  kind: camera\n  light: [0m, 0m, -1m]\n",
+         "s.yaml:3: view: camera and light must be on the side of the sample's normal"},
+        {"sample: {kind: flat}\nview: {kind: camera, up: [0, 0, 1]}\n",
+         "s.yaml:2: view: the camera looks along 'up', or is at its target"},
+        {"sample: {kind: flat}\nsensor:\n  exposure-min: 0s\n",
+         "s.yaml:3: exposure-min: 0s is out of range: must be 1 ns to 10 s"},
+        {"sample: {kind: flat}\nsensor:\n  bits: 7\n",
+         "s.yaml:3: bits: 7 is out of range: must be 8 to 16"},
+        {"view: {width: 100}\n", "s.yaml:1: needs the key 'sample'"},
+    };
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        struct sim_scene s = {0};
+        struct err e = {0};
+        assert_false(sim_scene_open_text(&s, "s.yaml", bad[k].text, NULL, &e));
+        assert_string_equal(e.msg, bad[k].msg);
+        assert_int_equal(e.code, ERR_DATA);
+    }
+}
+
+TEST_MAIN(cmocka_unit_test(a_bokeh_shows_the_grating_turned_and_blue_sharpest),
+          cmocka_unit_test(scenes_that_cannot_be_are_refused_with_their_line),
+          cmocka_unit_test(orders_lie_at_m_lambda_over_d_within_a_tenth_of_a_pixel),
           cmocka_unit_test(a_mirror_shows_the_light_where_reflection_puts_it),
           cmocka_unit_test(a_sample_turned_by_30_degrees_turns_the_picture_by_30_degrees),
           cmocka_unit_test(a_distorted_pixel_sees_what_the_model_says),

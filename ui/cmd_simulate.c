@@ -85,6 +85,18 @@ static bool write_geometry(struct lab *lab, const struct args *a, struct cli *cl
     return ok;
 }
 
+static bool write_bokeh(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    struct image im = {0};
+    bool ok = bokeh_photo(&lab->scene.bokeh, &lab->scene.sample, &im, e);
+    if (ok) {
+        stamp(&im.meta, cli);
+        ok = image_write(&im, a->out, e);
+    }
+    image_finish(&im);
+    return ok;
+}
+
 static bool write_truth(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
 {
     struct spectrum illuminant = {0};
@@ -140,9 +152,9 @@ static const struct {
     bool (*make)(struct lab *lab, const struct args *a, struct cli *cli, struct err *e);
 } products[] = {
     {"pattern", write_pattern}, {"geometry", write_geometry}, {"truth", write_truth},
-    {"height", write_height},   {"energy", tell_energy},
+    {"height", write_height},   {"bokeh", write_bokeh},       {"energy", tell_energy},
 };
-static const char product_names[] = "pattern|geometry|truth|height|energy";
+static const char product_names[] = "pattern|geometry|truth|height|bokeh|energy";
 
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
@@ -168,8 +180,8 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 #define AT(field) offsetof(struct args, field)
 static const struct opt options[] = {
     {"what", OPT_CHOICE, AT(what), product_names, "pattern",
-     "radiance without noise; u, v, w, weight of every pixel; the table S_d; a map's heights; the "
-     "light that the orders return"},
+     "radiance without noise; u, v, w, weight of every pixel; the table S_d; a map's heights; "
+     "the out-of-focus highlight; the light that the orders return"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write"},
     {"light", OPT_TEXT, AT(light), "NAME", NULL, "of the rig; default: the first"},
     {"filter", OPT_TEXT, AT(filter), "NAME", "green", "of the rig"},
