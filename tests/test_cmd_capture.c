@@ -1,6 +1,7 @@
 // test_cmd_capture.c - nacre capture and nacre session, as a user runs them.
 #include "tests/test.h"
 
+#include "core/dng.h"
 #include "core/outfile.h"
 #include "tests/run.h"
 #include <sys/stat.h>
@@ -133,6 +134,34 @@ TEST(a_killed_client_stops_its_capture_and_resume_waits_for_that)
            "");
 }
 
+TEST(a_session_replays_count_for_count)
+{
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    char text[1200];
+    snprintf(text, sizeof text, "%s", rig);
+    char *at = strstr(text, "'sim:w=96");
+    char *end = strchr(at + 1, '\'') + 1;
+    char again[1300];
+    snprintf(again, sizeof again, "%.*s'replay:s'%s", (int)(at - text), text, end);
+    put("again.yaml", again);
+    setenv("NACRE_SOCKET", "here.sock", 1); // a nacred in this folder: the rig names s as it is
+    expect("capture --rig again.yaml --plan plan.yaml -o t", 0, "complete", "");
+    unsetenv("NACRE_SOCKET");
+    for (int k = 1; k <= 15; k++) {
+        struct dng a, b;
+        struct err e = {0};
+        char path[60];
+        snprintf(path, sizeof path, "s/frames/%06d.dng", k);
+        assert_true(dng_read(&a, path, &e));
+        path[0] = 't';
+        assert_true(dng_read(&b, path, &e));
+        assert_int_equal(a.w, b.w);
+        assert_memory_equal(a.raw, b.raw, (size_t)a.w * (size_t)a.h * 2);
+        dng_finish(&a);
+        dng_finish(&b);
+    }
+}
+
 #define T(name) cmocka_unit_test_setup(name, setup)
 int main(void)
 {
@@ -144,6 +173,7 @@ int main(void)
         T(an_automatic_bracket_finds_its_exposures),
         T(an_export_checks_itself),
         T(an_interrupted_capture_is_partial_and_resumes),
+        T(a_session_replays_count_for_count),
         T(a_killed_client_stops_its_capture_and_resume_waits_for_that),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -5,6 +5,7 @@
 
 static const struct cam_driver *const cameras[] = {
     &sim_cam,
+    &replay_cam,
     &fault_cam,
     NULL,
 };

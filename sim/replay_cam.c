@@ -1,0 +1,142 @@
+// replay_cam.c - "replay:SESSION": a recorded session as a camera, count for count.
+//
+// A shot gets the next good frame, in the order of acknowledgement, that was asked for with the
+// same exposure and gain; so the plan that made the session makes it again.
+#define _GNU_SOURCE
+#include "core/mem.h"
+#include "core/session.h"
+#include "sim/sim.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/eventfd.h>
+
+struct replay {
+    struct cam base;
+    char *folder;
+    struct session *session;
+    struct session_frame *frame; // [n], owned
+    bool *served;                // [n], owned
+    int n, next;                 // next: to be delivered by pump; -1: none
+    struct cam_shot shot;
+    uint64_t seq;
+};
+
+static bool replay_open(struct cam *cam, struct err *e)
+{
+    struct replay *r = (struct replay *)cam;
+    r->next = -1;
+    if (!r->folder || !*r->folder)
+        return err_set(e, ERR_DATA, "give a session: replay:FOLDER");
+    if (!session_open(&r->session, r->folder, SESSION_READ, e) ||
+        !session_frames(r->session, true, &r->frame, &r->n, e))
+        return false;
+    if (!r->n)
+        return err_set(e, ERR_DATA, "%s: has no good frame", r->folder);
+    r->served = xcalloc((size_t)r->n, sizeof *r->served);
+    struct dng first;
+    char *path = session_path(r->session, r->frame[0].path);
+    const bool read = dng_read(&first, path, e);
+    free(path);
+    if (!read)
+        return false;
+    struct cam_caps *c = &cam->caps;
+    *c = (struct cam_caps){.w = first.w,
+                           .h = first.h,
+                           .black = first.black,
+                           .pattern = (enum cam_pattern)first.pattern,
+                           .clock = CAM_CLOCK_BOOT,
+                           .exposure_min_ns = INT64_MAX,
+                           .gain_min = INFINITY,
+                           .dead_ns = 1000000000};
+    snprintf(c->model, sizeof c->model, "%s", first.camera);
+    while ((1 << c->bits) - 1 < first.white)
+        c->bits++;
+    dng_finish(&first);
+    for (int k = 0; k < r->n; k++) {
+        const struct session_step *s = &r->frame[k].step;
+        c->exposure_min_ns =
+            s->exposure_ns < c->exposure_min_ns ? s->exposure_ns : c->exposure_min_ns;
+        c->exposure_max_ns =
+            s->exposure_ns > c->exposure_max_ns ? s->exposure_ns : c->exposure_max_ns;
+        c->gain_min = fmin(c->gain_min, s->gain);
+        c->gain_max = fmax(c->gain_max, s->gain);
+    }
+    cam->fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    return cam->fd >= 0 || err_errno(e, "eventfd");
+}
+
+static bool replay_shoot(struct cam *cam, const struct cam_shot *shot, struct err *e)
+{
+    struct replay *r = (struct replay *)cam;
+    for (int k = 0; k < r->n; k++) {
+        const struct session_step *s = &r->frame[k].step;
+        if (r->served[k] || s->exposure_ns != shot->exposure_ns ||
+            fabs(s->gain - shot->gain) > 1e-9)
+            continue;
+        r->served[k] = true;
+        r->next = k;
+        r->shot = *shot;
+        return !eventfd_write(cam->fd, 1) || err_errno(e, "eventfd");
+    }
+    char text[40];
+    return err_set(e, ERR_DEVICE, "%s: no frame of %s is left", r->folder,
+                   quantity_text(1e-9 * (double)shot->exposure_ns, UNIT_S, text, sizeof text));
+}
+
+static bool replay_pump(struct cam *cam, struct err *e)
+{
+    struct replay *r = (struct replay *)cam;
+    eventfd_t ignored;
+    if (eventfd_read(cam->fd, &ignored) || r->next < 0)
+        return true;
+    const struct session_frame *f = &r->frame[r->next];
+    struct dng d;
+    char *path = session_path(r->session, f->path);
+    const bool read = dng_read(&d, path, e);
+    free(path);
+    r->next = -1;
+    if (!read)
+        return false;
+    // The light of now was never on for the recorded exposure: its start is not known on this
+    // clock.
+    const struct cam_frame frame = {.seq = ++r->seq,
+                                    .shot = r->shot.id,
+                                    .device_ns = 0,
+                                    .exposure_ns = f->reported_ns,
+                                    .gain = f->gain,
+                                    .focus_per_m = f->focus_per_m,
+                                    .temperature_k = f->temperature_k,
+                                    .w = d.w,
+                                    .h = d.h,
+                                    .raw = d.raw};
+    cam_deliver(cam, &frame);
+    dng_finish(&d);
+    return true;
+}
+
+static void replay_close(struct cam *cam)
+{
+    struct replay *r = (struct replay *)cam;
+    session_close(r->session);
+    free(r->frame);
+    free(r->served);
+}
+
+static const struct devopt options[] = {
+    {"session", DEVOPT_TEXT, offsetof(struct replay, folder), .def = "",
+     .help = "the folder to replay"},
+    {0},
+};
+
+const struct cam_driver replay_cam = {
+    .name = "replay",
+    .summary = "the frames of a recorded session, count for count",
+    .size = sizeof(struct replay),
+    .options = options,
+    .open = replay_open,
+    .shoot = replay_shoot,
+    .pump = replay_pump,
+    .close = replay_close,
+};
