@@ -67,7 +67,7 @@ static void add_surround(const struct tracing *t, const struct object *o, const 
     const struct surround *s = t->scene->surround;
     const struct material *m = &o->material;
     double sum[3] = {0}, diffuse[3], seen[3] = {0}, mirror[3];
-    if (material_has_specular(m) || !o->seen.px)
+    if (object_uses_far_lights(o))
         for (int k = 0; k < t->n_far; k++)
             add_far(o, hit, wo, diffracts, &t->far[k], sum);
     surround_irradiance(s, hit->frame.n, diffuse);

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "render/gl_material.h"
 #include "core/mem.h"
+#include <math.h>
 #include <stdlib.h>
 
 enum { CURVE_SAMPLES = 4096 };
@@ -18,6 +19,24 @@ static GLuint curve_texture(const struct table *t)
         }
     const GLuint id = gl_texture(GL_TEXTURE_2D, GL_LINEAR);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_R32F, n, t->count, 0, GL_RED, GL_FLOAT, px);
+    free(px);
+    return id;
+}
+
+// A row of slits over u from 0 to 2, some 32 samples to its finest detail.
+static GLuint row_texture(const struct slits *s)
+{
+    const int n = (int)fmax(1024, fmin(16384, 64 / slits_detail(s)));
+    float *px = xcalloc((size_t)n * 3, sizeof *px);
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < n; k++) {
+        double rgb[3];
+        slits_row(s, 2.0 * k / (n - 1), rgb);
+        for (int c = 0; c < 3; c++)
+            px[3 * k + c] = (float)rgb[c];
+    }
+    const GLuint id = gl_texture(GL_TEXTURE_2D, GL_LINEAR);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, n, 1, 0, GL_RGB, GL_FLOAT, px);
     free(px);
     return id;
 }
@@ -65,7 +84,7 @@ bool gl_material_init(struct gl_material *g, const struct material *m, struct er
             g->curves = curve_texture(t);
     }
     if (m->slits.n)
-        g->slit_light = light_texture(&m->slits);
+        g->slit_light = (slits_are_crossed(&m->slits) ? light_texture : row_texture)(&m->slits);
     if (m->mask.picture.px)
         g->mask = mask_texture(&m->mask.picture);
     return glGetError() == GL_NO_ERROR ||

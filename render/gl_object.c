@@ -46,9 +46,10 @@ static GLuint program_of(struct gl_object *o, const struct object *from, enum di
         return *p;
     char defines[200];
     snprintf(defines, sizeof defines,
-             "#define SHAPE %d\n#define DIFFRACTION %d\n#define CURVES %d\n#define MAX_LIGHTS %d\n",
+             "#define SHAPE %d\n#define DIFFRACTION %d\n#define CURVES %d\n#define CROSSED %d\n"
+             "#define MAX_LIGHTS %d\n",
              (int)from->shape.kind, (int)kind, from->material.table.basis != TABLE_PLAIN,
-             LIGHTS_MOST);
+             slits_are_crossed(&from->material.slits), LIGHTS_MOST);
     const bool mesh = from->shape.kind == SHAPE_MESH;
     const char *const vertex[] = {mesh ? shader_mesh : shader_tile, NULL};
     const char *const fragment[] = {shader_shapes,   shader_lights,  shader_layers,

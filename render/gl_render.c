@@ -100,8 +100,9 @@ static void put_light(struct light_block *b, int k, struct vec3 at, bool near, c
 
 // Lights in the shape's coordinates: floats are precise near the surface that they are used for.
 static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene *s,
-                       const struct shape *shape)
+                       const struct object *o)
 {
+    const struct shape *shape = &o->shape;
     struct light_block b = {0};
     for (int k = 0; k < s->n_lights; k++) {
         const struct light *l = &s->light[k];
@@ -114,7 +115,8 @@ static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene
         put_light(&b, s->n_lights + k, frame_local(&shape->frame, around->light[k].to), false,
                   around->light[k].irradiance);
     gl_set1i(p, "n_lights", s->n_lights);
-    gl_set1i(p, "n_surround", around ? around->n_lights : -1);
+    gl_set1i(p, "has_surround", around != NULL);
+    gl_set1i(p, "n_surround", around && object_uses_far_lights(o) ? around->n_lights : 0);
     glBindBuffer(GL_UNIFORM_BUFFER, r->lights);
     glBufferData(GL_UNIFORM_BUFFER, sizeof b, &b, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->lights);
@@ -144,7 +146,7 @@ static void use(const struct gl_renderer *r, const struct gl_object *g, GLuint p
                 const struct object *o, const struct scene *s, const struct gl_target *t)
 {
     gl_object_use(g, p, o, s, t->w, t->h);
-    set_lights(r, p, s, &o->shape);
+    set_lights(r, p, s, o);
     gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
 }
 

@@ -58,23 +58,41 @@ static double row(const struct slits *s, int axis, double u, double lambda_m)
            slits_comb(s->count[axis], d * u / lambda_m);
 }
 
+static void sum_light(const struct slits *s, double u, double v, bool crossed, double out[3])
+{
+    out[0] = out[1] = out[2] = 0;
+    for (int k = 0; k < s->n; k++) {
+        const double lambda_m = s->lambda_m + k * (s->last_m - s->lambda_m) / (s->n - 1);
+        const double power = row(s, 0, u, lambda_m) * (crossed ? row(s, 1, v, lambda_m) : 1);
+        for (int c = 0; c < 3; c++)
+            out[c] += power / (16 * M_PI * M_PI) * s->weight[k][c];
+    }
+}
+
+void slits_row(const struct slits *s, double u, double out[3])
+{
+    sum_light(s, u, 0, false, out);
+}
+
+double slits_detail(const struct slits *s)
+{
+    return s->lambda_m / (s->count[0] * s->pitch_m[0]);
+}
+
 void slits_eval(const struct slits *s, double u, double v, double out[3])
 {
-    double across = 1;
+    if (slits_are_crossed(s)) {
+        sum_light(s, u, v, true, out);
+        return;
+    }
     if (s->radial) {
         u = hypot(u, v);
         v = 0;
     }
-    if (!(s->pitch_m[1] > 0))
-        across = exp(-v * v / (2 * s->across * s->across)) / (sqrt(2 * M_PI) * s->across);
-    out[0] = out[1] = out[2] = 0;
-    for (int k = 0; k < s->n; k++) {
-        const double lambda_m = s->lambda_m + k * (s->last_m - s->lambda_m) / (s->n - 1);
-        const double x = row(s, 0, u, lambda_m);
-        const double y = s->pitch_m[1] > 0 ? row(s, 1, v, lambda_m) : across;
-        for (int c = 0; c < 3; c++)
-            out[c] += x * y / (16 * M_PI * M_PI) * s->weight[k][c];
-    }
+    const double across = exp(-v * v / (2 * s->across * s->across)) / (sqrt(2 * M_PI) * s->across);
+    sum_light(s, u, 0, false, out);
+    for (int c = 0; c < 3; c++)
+        out[c] *= across;
 }
 
 static double bump(double x)

@@ -20,6 +20,15 @@ bool slits_light(struct slits *s, const struct spectrum *light, int n, struct er
 void slits_finish(struct slits *s); // accepts a zeroed struct
 void slits_eval(const struct slits *s, double u, double v, double out[3]); // S_d, linear sRGB
 
+// One row without its lobe across: S_d(u, v) = row(u) times the Gaussian in v. It shows detail of
+// slits_detail() in u.
+void slits_row(const struct slits *s, double u, double out[3]);
+double slits_detail(const struct slits *s);
+static inline bool slits_are_crossed(const struct slits *s)
+{
+    return s->pitch_m[1] > 0;
+}
+
 // (sin(n pi x) / (n sin(pi x)))^2, also where the denominator is 0.
 double slits_comb(int n, double x);
 

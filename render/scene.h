@@ -29,6 +29,13 @@ struct object {
     struct image seen; // what its diffraction shows of the environment (surround.h), or empty
 };
 
+// Whether the environment's lights add anything to an object, next to its irradiance and `seen`.
+static inline bool object_uses_far_lights(const struct object *o)
+{
+    return material_has_specular(&o->material) ||
+           (o->material.diffraction != DIFFRACTION_NONE && !o->seen.px);
+}
+
 struct scene {
     char *path; // of its file, owned
     struct camera camera;
@@ -48,9 +55,10 @@ enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
 
 // Replacements for what the file says.
 struct scene_options {
-    const char *table;  // of the sample; NULL: the file's
-    const char *tables; // folder for files that are not beside the scene; NULL: none
-    double exposure_ev; // NAN: the file's
+    const char *table;       // of the sample; NULL: the file's
+    const char *tables;      // folder for files that are not beside the scene; NULL: none
+    const char *environment; // map of a scene that has one; NULL: the file's
+    double exposure_ev;      // NAN: the file's
     bool exposure_auto;
     int w, h; // 0: the file's
 };

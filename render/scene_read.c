@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/spectrum.h"
 #include "render/scene_fields.h"
+#include "render/studio.h"
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -167,11 +168,20 @@ static bool read_surround(struct ynode *root, struct scene *s, const struct scen
         !ymap_bool(map, "shown", Y_OPTIONAL, &shown, e))
         return false;
     struct environment env;
-    char *path = scene_file(s, o, name);
-    const bool ok = environment_read(&env, path, e);
-    free(path);
+    struct image studio;
+    bool ok;
+    if (o->environment) {
+        ok = environment_read(&env, o->environment, e);
+    } else if (!strcmp(name, "studio")) {
+        ok = studio_map(&studio, 512, e) && environment_take(&env, &studio, name, e);
+    } else {
+        char *path = scene_file(s, o, name);
+        ok = environment_read(&env, path, e) ||
+             err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "map")));
+        free(path);
+    }
     if (!ok)
-        return err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "map")));
+        return false;
     s->surround = xcalloc(1, sizeof *s->surround);
     surround_init(s->surround, &env, intensity, turn_rad);
     s->surround->shown = shown;

@@ -44,13 +44,36 @@ static bool misses_flat(const struct shape *s, struct vec3 eye, const struct squ
     return hypot(x, y) > s->radius_m || r_most < s->inner_m;
 }
 
+// A nearer plane that fills the square hides what is flat behind it. Over a plane 1 / distance is
+// linear in the picture, so the corners decide.
+static bool hidden(const struct scene *s, const struct object *o, const struct square *q)
+{
+    for (int k = 0; k < s->n_objects; k++) {
+        const struct object *other = &s->object[k];
+        int behind = 0;
+        for (int c = 0; c < 4 && other != o && other->shape.kind == SHAPE_PLANE; c++) {
+            const struct vec3 dir = frame_world(&o->shape.frame, q->dir[c]);
+            struct hit near;
+            if (!shape_hit(&other->shape, s->camera.eye_m, dir, &near))
+                break;
+            const struct vec3 way = v3_sub(o->shape.at_m, s->camera.eye_m);
+            const double toward = v3_dot(dir, o->shape.frame.n);
+            const double far = v3_dot(way, o->shape.frame.n) / toward; // on its plane
+            behind += toward >= 0 || far <= 0 || far > near.distance;
+        }
+        if (behind == 4)
+            return true;
+    }
+    return false;
+}
+
 // The largest |u| and |v| at which the material diffracts.
 static void reach(const struct material *m, double *u, double *v)
 {
     *u = *v = 2;
     if (m->diffraction == DIFFRACTION_TABLE)
         *u = *v = m->table.range;
-    if (m->diffraction == DIFFRACTION_SLITS && !m->slits.radial && !(m->slits.pitch_m[1] > 0))
+    if (m->diffraction == DIFFRACTION_SLITS && !m->slits.radial && !slits_are_crossed(&m->slits))
         *v = 6 * m->slits.across;
 }
 
@@ -159,7 +182,7 @@ void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, 
         const struct tile tile = {(float)x, (float)y, (float)fmin(x + TILE_SIDE, box[2]),
                                   (float)fmin(y + TILE_SIDE, box[3])};
         const struct square q = rays_of(s, &o->shape, &tile, w, h);
-        if (flat && misses_flat(&o->shape, eye, &q))
+        if (flat && (misses_flat(&o->shape, eye, &q) || hidden(s, o, &q)))
             continue;
         if (can_diffract(s, o, &q))
             t->diffracting[t->n_diffracting++] = tile;

@@ -11,7 +11,7 @@
 #include <string.h>
 
 struct args {
-    const char *out, *size, *backend, *table, *tables, *exposure;
+    const char *out, *size, *backend, *table, *tables, *environment, *exposure;
     double tolerance;
     bool reference;
 };
@@ -30,6 +30,8 @@ static const struct opt opts[] = {
      .help = "diffraction table of the sample, instead of the scene's"},
     {"tables", OPT_FILE, offsetof(struct args, tables), "DIR", "gallery-out/tables",
      "where to look for files that are not beside the scene"},
+    {"environment", OPT_FILE, offsetof(struct args, environment), "MAP",
+     .help = "lat-long map in the place of the scene's"},
     {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
      .help = "exposure of a .png or .jpg, instead of the scene's"},
     {"tolerance", OPT_NUM, offsetof(struct args, tolerance), "E",
@@ -50,7 +52,8 @@ static bool parse_size(const char *text, int *w, int *h, struct err *e)
 
 static bool parse_options(const struct args *a, struct scene_options *o, struct err *e)
 {
-    *o = (struct scene_options){.table = a->table, .tables = a->tables, .exposure_ev = NAN};
+    *o = (struct scene_options){
+        .table = a->table, .tables = a->tables, .environment = a->environment, .exposure_ev = NAN};
     if (a->size && !parse_size(a->size, &o->w, &o->h, e))
         return false;
     if (!a->exposure)

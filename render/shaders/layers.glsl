@@ -53,11 +53,12 @@ vec3 pattern(vec3 h)
     return sum * (over_w2 ? table_scale / (h.z * h.z) : table_scale);
 }
 #elif DIFFRACTION == 2
-uniform vec2 slit_pitch, slit_width, slit_count; // metres
 uniform float slit_across;
 uniform bool slit_radial;
-uniform vec2 slit_band;      // first and last wavelength, metres
-uniform sampler2D slit_light; // the light's colour per wavelength
+uniform sampler2D slit_light; // crossed: the light's colour per wavelength; else the row over u
+#if CROSSED
+uniform vec2 slit_pitch, slit_width, slit_count; // metres
+uniform vec2 slit_band;                          // first and last wavelength, metres
 
 float sinc2(float x)
 {
@@ -83,25 +84,28 @@ float row(float u, float pitch, float width, float count, float lambda)
 
 vec3 pattern(vec3 h)
 {
-    vec2 uv = slit_radial ? vec2(length(h.xy), 0.0) : h.xy;
-    float across = 1.0;
-    if (slit_pitch.y == 0.0) {
-        float y = uv.y / slit_across;
-        across = exp(-0.5 * y * y) / (sqrt(2.0 * PI) * slit_across);
-        if (abs(y) > 6.0)
-            return vec3(0.0);
-    }
     int n = textureSize(slit_light, 0).x;
     vec3 sum = vec3(0.0);
     for (int k = 0; k < n; k++) {
         float lambda = mix(slit_band.x, slit_band.y, float(k) / float(n - 1));
-        float x = row(uv.x, slit_pitch.x, slit_width.x, slit_count.x, lambda);
-        if (slit_pitch.y > 0.0)
-            x *= row(uv.y, slit_pitch.y, slit_width.y, slit_count.y, lambda);
-        sum += x * texelFetch(slit_light, ivec2(k, 0), 0).rgb;
+        sum += row(h.x, slit_pitch.x, slit_width.x, slit_count.x, lambda) *
+               row(h.y, slit_pitch.y, slit_width.y, slit_count.y, lambda) *
+               texelFetch(slit_light, ivec2(k, 0), 0).rgb;
     }
-    return sum * across / 4.0; // 4 pi^2 S_d
+    return sum / 4.0; // 4 pi^2 S_d
 }
+#else
+vec3 pattern(vec3 h)
+{
+    vec2 uv = slit_radial ? vec2(length(h.xy), 0.0) : vec2(abs(h.x), h.y / slit_across);
+    if (abs(uv.y) > 6.0)
+        return vec3(0.0);
+    float n = float(textureSize(slit_light, 0).x);
+    vec2 at = vec2((0.5 * uv.x * (n - 1.0) + 0.5) / n, 0.5);
+    float across = exp(-0.5 * uv.y * uv.y) / (sqrt(2.0 * PI) * slit_across);
+    return 4.0 * PI * PI * across * texture(slit_light, at).rgb;
+}
+#endif
 #elif DIFFRACTION == 3
 uniform float stam_spacing, stam_roughness; // um
 uniform vec3 stam_highlight;

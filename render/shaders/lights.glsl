@@ -4,4 +4,5 @@ layout(std140) uniform Lights {
     vec4 light_power[MAX_LIGHTS]; // rgb: intensity or irradiance
 };
 uniform int n_lights;
-uniform int n_surround; // -1: there is no environment
+uniform int n_surround; // of the environment, in the arrays behind the others
+uniform bool has_surround;

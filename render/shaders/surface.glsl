@@ -41,7 +41,7 @@ void main()
         float fall = light_at[k].w == 0.0 ? 1.0 : 1.0 / dot(way, way);
         sum += fall * light_power[k].rgb * reflected(local * normalize(way), wo, diffracts);
     }
-    if (n_surround >= 0)
+    if (has_surround)
         sum += surrounded(local, wo, diffracts);
     color = vec4(sum, 1.0);
 }
