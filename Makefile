@@ -18,6 +18,9 @@ dev: deps
 demo: release
 	@$(BUILD)/bin/nacre demo
 
+gallery: release
+	@$(BUILD)/bin/nacre gallery
+
 # Everything on the release build; what is quick once more under the sanitizers.
 check: release dev
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
@@ -30,6 +33,6 @@ format: deps
 	@git ls-files '*.c' '*.h' '*.cpp' | xargs clang-format -i
 
 clean:
-	@rm -rf build build-dev build-tsan demo-out
+	@rm -rf build build-dev build-tsan demo-out gallery-out
 
-.PHONY: all deps release dev demo check bench format clean
+.PHONY: all deps release dev demo gallery check bench format clean

@@ -89,6 +89,10 @@ void slits_eval(const struct slits *s, double u, double v, double out[3])
         u = hypot(u, v);
         v = 0;
     }
+    if (fabs(v) > 8 * s->across) { // 1e-14 of the lobe
+        out[0] = out[1] = out[2] = 0;
+        return;
+    }
     const double across = exp(-v * v / (2 * s->across * s->across)) / (sqrt(2 * M_PI) * s->across);
     sum_light(s, u, 0, false, out);
     for (int c = 0; c < 3; c++)

@@ -65,6 +65,18 @@ static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *co
     return d * g / (4 * wi.z * wo.z);
 }
 
+bool material_choose(struct material *m, const char *name, struct err *e)
+{
+    static const char *const names[] = {"none", "table", "slits", "g04"};
+    const bool has[] = {true, m->table.n > 0, m->slits.n > 0, m->stam.spacing_um > 0};
+    for (int k = 0; k < 4; k++)
+        if (!strcmp(name, names[k]) && has[k]) {
+            m->diffraction = (enum diffraction)k;
+            return true;
+        }
+    return err_set(e, ERR_DATA, "the sample has no '%s' to diffract with", name);
+}
+
 int material_tables(const struct material *m)
 {
     const int n = m->table.count;

@@ -37,7 +37,7 @@ struct material {
     double table_scale; // 4 pi^2 for a plain table, see material_take_table
     bool over_w2;       // tables from heights leave G / w^2 to the renderer
     struct slits slits;
-    struct stam stam;
+    struct stam stam; // spacing 0: there is none
 };
 
 void material_init(struct material *m);   // black
@@ -48,6 +48,10 @@ void material_finish(struct material *m); // accepts a zeroed struct
 // w is from a height field, f = F^2 G / (F0^2 w^2) XYZ, or without F0^2 where its meta
 // "nacre.scale" is "absolute".
 void material_take_table(struct material *m, struct table *t, double r0);
+
+// Diffraction by its name ("none", "table", "slits", "g04"); ERR_DATA when the material has not got
+// what that needs.
+bool material_choose(struct material *m, const char *name, struct err *e);
 
 int material_tables(const struct material *m); // in use
 

@@ -55,12 +55,14 @@ enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
 
 // Replacements for what the file says.
 struct scene_options {
+    const char *factors;     // of the sample, in the place of a table; NULL: the file's
     const char *table;       // of the sample; NULL: the file's
     const char *tables;      // folder for files that are not beside the scene; NULL: none
     const char *environment; // map of a scene that has one; NULL: the file's
     double exposure_ev;      // NAN: the file's
     bool exposure_auto;
-    int w, h; // 0: the file's
+    int w, h;  // 0: the file's
+    int nodes; // of prefiltered maps; 0: the file's
 };
 
 // Errors name file and line; tables are found relative to the scene file.

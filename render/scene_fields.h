@@ -14,8 +14,8 @@ bool field_color(struct ynode *map, const char *key, double hi, double out[3], s
 // `o->tables`. Free it.
 char *scene_file(const struct scene *s, const struct scene_options *o, const char *name);
 
-// One object's map: its material. `table` replaces what the map says, NULL: nothing does.
+// One object's map: its material. Options replace what the map of the sample says.
 bool scene_read_material(struct ynode *map, const struct scene *s, const struct scene_options *o,
-                         const char *table, struct material *m, struct err *e);
+                         bool is_sample, struct material *m, struct err *e);
 bool scene_read_shape(struct ynode *map, const struct scene *s, const struct scene_options *o,
                       struct shape *shape, struct err *e);

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "core/imgfile.h"
 #include "core/mem.h"
+#include "process/factor.h"
 #include "render/scene_fields.h"
 #include <stdlib.h>
 #include <string.h>
@@ -90,6 +91,60 @@ static bool read_table(struct ynode *map, const struct scene *s, const struct sc
     return true;
 }
 
+// The table that the first `rank` products of filters stand for, on the nodes of the filters.
+static bool multiply(const struct factors *f, int rank, struct table *t, struct err *e)
+{
+    if (f->kind != FACTOR_COMPOSITION)
+        return err_set(e, ERR_DATA, "holds blurs along lines: no table can show them");
+    if (!table_init(t, f->n, f->range, f->power, 1, e))
+        return false;
+    t->is_rgb = true;
+    const double(*a)[2] = f->axis, det = a[0][0] * a[1][1] - a[0][1] * a[1][0];
+    for (int k = 0; k < f->n * f->n; k++) {
+        const double u = table_node(t, k % f->n), v = table_node(t, k / f->n);
+        const double x = table_index(t, (u * a[1][1] - v * a[1][0]) / det);
+        const double y = table_index(t, (v * a[0][0] - u * a[0][1]) / det);
+        for (int r = 0; r < rank && !isnan(x) && !isnan(y); r++)
+            for (int c = 0; c < 3; c++) {
+                double value = 1;
+                for (int side = 0; side < 2; side++) {
+                    const double at = side ? y : x;
+                    const int i = at < f->n - 1 ? (int)at : f->n - 2;
+                    const float *px = f->f[side] + ((size_t)r * (size_t)f->n + (size_t)i) * 3 + c;
+                    value *= (double)px[0] + (at - i) * ((double)px[3] - (double)px[0]);
+                }
+                t->tab[3 * k + c] += (float)value;
+            }
+    }
+    return true;
+}
+
+static bool read_factors(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                         const char *instead, double r0, struct material *m, struct err *e)
+{
+    const char *name = NULL;
+    int rank = 1000;
+    if (!ymap_text(map, "factors", Y_OPTIONAL, &name, e) ||
+        !ymap_int(map, "rank", Y_OPTIONAL, 1, 1000, &rank, e))
+        return false;
+    if (!name && !instead)
+        return true;
+    if (m->table.n && !instead)
+        return yaml_bad(ymap_find(map, "factors"), e, "stands beside 'table': give one of them");
+    struct factors f = {0};
+    struct table t;
+    char *path = instead ? xstrdup(instead) : scene_file(s, o, name);
+    const bool ok = factors_read(&f, path, e) &&
+                    (multiply(&f, rank < f.rank ? rank : f.rank, &t, e) || err_in(e, "%s", path));
+    if (ok) {
+        meta_copy(&t.meta, &f.meta);
+        material_take_table(m, &t, r0);
+    }
+    factors_finish(&f);
+    free(path);
+    return ok || (!instead && err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "factors"))));
+}
+
 static bool read_row(struct ynode *map, struct slits *s, int axis, struct err *e)
 {
     return ymap_num(map, "pitch", Y_NEEDED, UNIT_M, 1e-9, 1, &s->pitch_m[axis], e) &&
@@ -119,13 +174,14 @@ static bool read_stam(struct ynode *map, struct material *m, struct err *e)
 {
     struct ynode *stam = NULL;
     double spacing_m = 2e-6;
-    m->stam = (struct stam){.roughness = 5, .highlight = {1, 1, 1}};
     if (!ymap_map(map, "g04", Y_OPTIONAL, &stam, e))
         return false;
-    if (stam &&
-        (!ymap_num(stam, "spacing", Y_OPTIONAL, UNIT_M, 1e-9, 1, &spacing_m, e) ||
-         !ymap_num(stam, "roughness", Y_OPTIONAL, UNIT_NONE, 0, 1e6, &m->stam.roughness, e) ||
-         !field_color(stam, "highlight", INFINITY, m->stam.highlight, e)))
+    if (!stam)
+        return true;
+    m->stam = (struct stam){.roughness = 5, .highlight = {1, 1, 1}};
+    if (!ymap_num(stam, "spacing", Y_OPTIONAL, UNIT_M, 1e-9, 1, &spacing_m, e) ||
+        !ymap_num(stam, "roughness", Y_OPTIONAL, UNIT_NONE, 0, 1e6, &m->stam.roughness, e) ||
+        !field_color(stam, "highlight", INFINITY, m->stam.highlight, e))
         return false;
     m->stam.spacing_um = spacing_m * 1e6;
     return true;
@@ -154,19 +210,22 @@ static bool read_mask(struct ynode *map, const struct scene *s, const struct sce
 // What diffracts: as asked, else the first that is given.
 static bool choose(struct ynode *map, struct material *m, struct err *e)
 {
-    const bool has[] = {true, m->table.n > 0, m->slits.pitch_m[0] > 0, ymap_find(map, "g04")};
-    int kind = has[1] ? 1 : has[2] ? 2 : has[3] ? 3 : 0;
-    if (!ymap_choice(map, "diffraction", Y_OPTIONAL, "none|table|slits|g04", &kind, e))
+    const char *name = m->table.n               ? "table"
+                       : m->slits.n             ? "slits"
+                       : m->stam.spacing_um > 0 ? "g04"
+                                                : "none";
+    int ignored;
+    struct err why;
+    if (!ymap_choice(map, "diffraction", Y_OPTIONAL, "none|table|slits|g04", &ignored, e) ||
+        !ymap_text(map, "diffraction", Y_OPTIONAL, &name, e))
         return false;
-    if (!has[kind])
-        return yaml_bad(ymap_find(map, "diffraction"), e, "needs the key of that name beside it");
-    m->diffraction = (enum diffraction)kind;
-    return true;
+    return material_choose(m, name, &why) || yaml_bad(map, e, "%s", why.msg);
 }
 
 bool scene_read_material(struct ynode *map, const struct scene *s, const struct scene_options *o,
-                         const char *table, struct material *m, struct err *e)
+                         bool is_sample, struct material *m, struct err *e)
 {
+    const char *table = is_sample ? o->table : NULL, *factors = is_sample ? o->factors : NULL;
     material_init(m);
     double r0 = NAN;
     if (!field_color(map, "diffuse", 1, m->diffuse, e) ||
@@ -178,6 +237,7 @@ bool scene_read_material(struct ynode *map, const struct scene *s, const struct 
         return false;
     if (!isnan(r0))
         m->r0 = r0;
-    return read_table(map, s, o, table, r0, m, e) && read_slits(map, m, e) &&
-           read_stam(map, m, e) && read_mask(map, s, o, &m->mask, e) && choose(map, m, e);
+    return read_table(map, s, o, table, r0, m, e) && read_factors(map, s, o, factors, r0, m, e) &&
+           read_slits(map, m, e) && read_stam(map, m, e) && read_mask(map, s, o, &m->mask, e) &&
+           choose(map, m, e);
 }

@@ -185,6 +185,8 @@ static bool read_surround(struct ynode *root, struct scene *s, const struct scen
     s->surround = xcalloc(1, sizeof *s->surround);
     surround_init(s->surround, &env, intensity, turn_rad);
     s->surround->shown = shown;
+    if (o->nodes)
+        s->seen_size = o->nodes;
     return true;
 }
 
@@ -210,7 +212,7 @@ static bool read_objects(struct ynode *root, struct scene *s, const struct scene
             return false;
         object->name = xstrdup(name);
         if (!scene_read_shape(map, s, o, &object->shape, e) ||
-            !scene_read_material(map, s, o, k ? NULL : o->table, &object->material, e))
+            !scene_read_material(map, s, o, k == 0, &object->material, e))
             return false;
     }
     return true;

@@ -5,14 +5,16 @@
 #include "render/cpu.h"
 #include "render/display.h"
 #include "render/gl_render.h"
+#include "render/view.h"
 #include "ui/commands.h"
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 struct args {
-    const char *out, *size, *backend, *table, *tables, *environment, *exposure;
-    double tolerance;
+    const char *out, *size, *backend, *table, *factors, *tables, *environment, *exposure, *with,
+        *against, *view;
+    double tolerance, decades;
     bool reference;
 };
 
@@ -28,12 +30,21 @@ static const struct opt opts[] = {
      .help = "CPU with full integration: 64 rays a pixel, over the area of each light"},
     {"table", OPT_FILE, offsetof(struct args, table), "FILE",
      .help = "diffraction table of the sample, instead of the scene's"},
+    {"factors", OPT_FILE, offsetof(struct args, factors), "FILE",
+     .help = "products of filters (nacre factor) in the place of the sample's table"},
     {"tables", OPT_FILE, offsetof(struct args, tables), "DIR", "gallery-out/tables",
      "where to look for files that are not beside the scene"},
     {"environment", OPT_FILE, offsetof(struct args, environment), "MAP",
      .help = "lat-long map in the place of the scene's"},
     {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
      .help = "exposure of a .png or .jpg, instead of the scene's"},
+    {"with", OPT_CHOICE, offsetof(struct args, with), "none|table|slits|g04",
+     .help = "how the sample diffracts, instead of what the scene chose"},
+    {"view", OPT_CHOICE, offsetof(struct args, view), "color|false|split|difference", "color",
+     "false: luminance in false colour; split and difference: --against another picture"},
+    {"against", OPT_CHOICE, offsetof(struct args, against), "none|table|slits|g04|cpu|reference",
+     .help = "the other picture: the same with another diffraction, or by another renderer"},
+    {"decades", OPT_NUM, offsetof(struct args, decades), "D", "4", "of the false colour's scale"},
     {"tolerance", OPT_NUM, offsetof(struct args, tolerance), "E",
      .help = "use only as many of a set of tables as this relative error needs"},
     {0},
@@ -52,8 +63,11 @@ static bool parse_size(const char *text, int *w, int *h, struct err *e)
 
 static bool parse_options(const struct args *a, struct scene_options *o, struct err *e)
 {
-    *o = (struct scene_options){
-        .table = a->table, .tables = a->tables, .environment = a->environment, .exposure_ev = NAN};
+    *o = (struct scene_options){.table = a->table,
+                                .factors = a->factors,
+                                .tables = a->tables,
+                                .environment = a->environment,
+                                .exposure_ev = NAN};
     if (a->size && !parse_size(a->size, &o->w, &o->h, e))
         return false;
     if (!a->exposure)
@@ -61,21 +75,6 @@ static bool parse_options(const struct args *a, struct scene_options *o, struct 
     o->exposure_auto = !strcmp(a->exposure, "auto");
     return o->exposure_auto || quantity_parse(a->exposure, UNIT_NONE, &o->exposure_ev, e) ||
            err_in(e, "--exposure");
-}
-
-static bool finish_picture(const struct args *a, struct scene *s, struct image *im, struct cli *cli,
-                           struct err *e)
-{
-    const double auto_ev = display_exposure(im);
-    const double ev = isnan(s->exposure_ev) ? auto_ev : s->exposure_ev;
-    doc_num(cli->doc, "exposure_ev", ev);
-    const char *ext = path_ext(a->out);
-    if (!strcmp(ext, ".png") || !strcmp(ext, ".jpg"))
-        display_map(im, ev);
-    meta_set_text(&im->meta, "nacre.version", NACRE_VERSION);
-    meta_set_text(&im->meta, "nacre.command", cli->line);
-    meta_set_num(&im->meta, "nacre.exposure_ev", ev);
-    return image_write(im, a->out, e);
 }
 
 static void tell_work(const struct gl_work *w, const struct scene *s, struct cli *cli)
@@ -88,31 +87,92 @@ static void tell_work(const struct gl_work *w, const struct scene *s, struct cli
     }
 }
 
+// The other picture of a split or a difference.
+static bool draw_other(const struct args *a, struct scene *s, struct image *im, struct err *e)
+{
+    struct material *m = &s->object[0].material;
+    const enum diffraction keep = m->diffraction;
+    const bool reference = !strcmp(a->against, "reference");
+    if (reference || !strcmp(a->against, "cpu"))
+        return cpu_render(s, reference, im, e);
+    const bool ok = material_choose(m, a->against, e) && gl_render(s, im, NULL, e);
+    m->diffraction = keep;
+    return ok;
+}
+
+// Turns radiance to what the file shows.
+static bool show(const struct args *a, struct scene *s, struct image *im, double ev, struct err *e)
+{
+    const char *ext = path_ext(a->out);
+    const bool two = !strcmp(a->view, "split") || !strcmp(a->view, "difference");
+    const bool display = !strcmp(ext, ".png") || !strcmp(ext, ".jpg");
+    struct image other = {0};
+    if (two && !draw_other(a, s, &other, e))
+        return false;
+    if (!strcmp(a->view, "difference"))
+        view_difference(im, &other, a->decades);
+    else if (!strcmp(a->view, "false"))
+        view_false_color(im, view_peak(im), a->decades);
+    else if (two)
+        view_split(im, &other);
+    if (display && (!strcmp(a->view, "color") || !strcmp(a->view, "split")))
+        display_map(im, ev);
+    image_finish(&other);
+    return true;
+}
+
+static bool check(const struct args *a, struct err *e)
+{
+    const bool two = !strcmp(a->view, "split") || !strcmp(a->view, "difference");
+    if (two != (a->against != NULL))
+        return err_set(e, ERR_USAGE, "--against and --view split or difference need each other");
+    return a->decades > 0 || err_set(e, ERR_DATA, "--decades: %g must be above 0", a->decades);
+}
+
+static bool draw(const struct args *a, struct scene *s, struct image *im, struct cli *cli,
+                 struct err *e)
+{
+    struct gl_work work = {0};
+    const bool cpu = a->reference || !strcmp(a->backend, "cpu");
+    const double start_s = now_s();
+    if (!(cpu ? cpu_render(s, a->reference, im, e) : gl_render(s, im, &work, e)))
+        return false;
+    doc_text(cli->doc, "picture", a->out);
+    doc_int(cli->doc, "width", im->w);
+    doc_int(cli->doc, "height", im->h);
+    doc_text(cli->doc, "backend", a->reference ? "cpu, full integration" : cpu ? "cpu" : "gl");
+    doc_num(cli->doc, "seconds", now_s() - start_s);
+    if (!cpu)
+        tell_work(&work, s, cli);
+    return true;
+}
+
+static bool write_picture(const struct args *a, struct scene *s, struct image *im, struct cli *cli,
+                          struct err *e)
+{
+    const double ev = isnan(s->exposure_ev) ? display_exposure(im) : s->exposure_ev;
+    doc_num(cli->doc, "exposure_ev", ev);
+    if (!show(a, s, im, ev, e))
+        return false;
+    meta_set_text(&im->meta, "nacre.version", NACRE_VERSION);
+    meta_set_text(&im->meta, "nacre.command", cli->line);
+    meta_set_num(&im->meta, "nacre.exposure_ev", ev);
+    return image_write(im, a->out, e);
+}
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct args *a = args;
     struct scene_options o;
     struct scene s;
-    struct image im;
-    if (!parse_options(a, &o, e) || !scene_read(&s, cli->operand[0], &o, e))
+    struct image im = {0};
+    if (!check(a, e) || !parse_options(a, &o, e) || !scene_read(&s, cli->operand[0], &o, e))
         return false;
     for (int k = 0; k < s.n_objects && !isnan(a->tolerance); k++)
         material_set_tolerance(&s.object[k].material, a->tolerance);
-    struct gl_work work;
-    const bool cpu = a->reference || !strcmp(a->backend, "cpu");
-    const double start_s = now_s();
-    bool ok = cpu ? cpu_render(&s, a->reference, &im, e) : gl_render(&s, &im, &work, e);
-    if (ok) {
-        doc_text(cli->doc, "picture", a->out);
-        doc_int(cli->doc, "width", im.w);
-        doc_int(cli->doc, "height", im.h);
-        doc_text(cli->doc, "backend", a->reference ? "cpu, full integration" : cpu ? "cpu" : "gl");
-        doc_num(cli->doc, "seconds", now_s() - start_s);
-        if (!cpu)
-            tell_work(&work, &s, cli);
-        ok = finish_picture(a, &s, &im, cli, e);
-        image_finish(&im);
-    }
+    const bool ok = (!a->with || material_choose(&s.object[0].material, a->with, e)) &&
+                    draw(a, &s, &im, cli, e) && write_picture(a, &s, &im, cli, e);
+    image_finish(&im);
     scene_finish(&s);
     return ok;
 }

@@ -22,3 +22,4 @@ extern const struct command cmd_compare;
 extern const struct command cmd_doctor;
 extern const struct command cmd_bench; // tests/bench: the benchmarks are not a layer of the program
 extern const struct command cmd_slits;
+extern const struct command cmd_gallery;

@@ -17,6 +17,7 @@ static const struct command *const commands[] = {
     &cmd_factor,
     &cmd_prefilter,
     &cmd_render,
+    &cmd_gallery,
     &cmd_simulate,
     &cmd_convert,
     &cmd_look,

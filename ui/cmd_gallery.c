@@ -1,0 +1,286 @@
+// cmd_gallery.c - nacre gallery: the figures of the papers again, from simulated samples.
+//
+// Each table and picture is one run of this program, whose words the page shows.
+#define _GNU_SOURCE
+#include "core/datapath.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "ui/child.h"
+#include "ui/coil.h"
+#include "ui/commands.h"
+#include "ui/html.h"
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+struct args {
+    const char *out, *environment, *size;
+    bool fresh;
+};
+
+static const struct opt opts[] = {
+    {"o", OPT_FILE, offsetof(struct args, out), "FOLDER", "gallery-out",
+     "where tables, pictures and index.html go"},
+    {"environment", OPT_FILE, offsetof(struct args, environment), "MAP",
+     .help = "lat-long map in the place of the made-up room"},
+    {"size", OPT_TEXT, offsetof(struct args, size), "WxH", "960x720", "of the pictures"},
+    {"fresh", OPT_FLAG, offsetof(struct args, fresh),
+     .help = "make tables that are there already once more"},
+    {0},
+};
+
+// Words of a command; "@" is the folder of tables, "%" that of the shipped rigs. The file that they
+// make comes last.
+#define PHOTO "simulate %/samples/"
+#define TABLE " --illuminant D65 --scale 0.25 --lambda 530nm "
+static const struct {
+    const char *words, *file;
+} tables[] = {
+    {PHOTO "lcd.yaml --what pattern --filter green -o", "phone-photo.exr"},
+    {"lut @/phone-photo.exr" TABLE "--h-per-pixel 7.2e-4 --f0 0.2 --range 0.3 --power 3 --size 501 "
+     "-o",
+     "phone.exr"},
+    {PHOTO "phone-fine.yaml --what pattern --filter green -o", "fine-photo.exr"},
+    {"lut @/fine-photo.exr" TABLE "--h-per-pixel 7.2e-4 --f0 0.2 --range 0.3 --power 3 --size 501 "
+     "-o",
+     "phone-fine.exr"},
+    {PHOTO "holographic.yaml --what pattern --filter green -o", "paper-photo.exr"},
+    {"lut @/paper-photo.exr" TABLE "--h-per-pixel 1.8e-3 --f0 0.894427 --range 1.2 --size 501 -o",
+     "holographic.exr"},
+    {PHOTO "tv.yaml --what pattern --filter green -o", "tv-photo.exr"},
+    {"lut @/tv-photo.exr" TABLE "--h-per-pixel 1.5e-4 --f0 0.2 --range 0.1 --power 3 --size 501 -o",
+     "tv.exr"},
+    {PHOTO "laptop.yaml --what pattern --filter green -o", "laptop-photo.exr"},
+#define LAPTOP(light, file)                                                                        \
+    {                                                                                              \
+        "lut @/laptop-photo.exr --illuminant " light " --scale 0.25 --lambda 530nm --h-per-pixel " \
+        "7.2e-4 --f0 0.2 --range 0.36 --power 3 --size 501 -o",                                    \
+            file                                                                                   \
+    }
+    LAPTOP("F1", "laptop.exr"),
+    LAPTOP("E", "laptop-e.exr"),
+    LAPTOP("A", "laptop-a.exr"),
+    LAPTOP("inverse-A", "laptop-blue.exr"),
+    {PHOTO "blazed.yaml --what truth --illuminant D65 --range 1.6 --size 401 -o", "blazed.exr"},
+    {PHOTO "cd.yaml --what truth --illuminant D65 --range 1.8 --size 401 -o", "cd.exr"},
+    {PHOTO "quasi-periodic.yaml --what height -o", "snake.gsf"},
+    {"tables @/snake.gsf --illuminant D65 --absolute --range 0.74 --size 401 --power 1 --tolerance "
+     "1e-3 -o",
+     "snake.exr"},
+    {"factor @/laptop.exr --rank 1 --kind composition -o", "rank-1.exr"},
+    {"factor @/laptop.exr --rank 1 --align --kind composition -o", "rank-1-aligned.exr"},
+    {"factor @/laptop.exr --rank 11 --kind composition -o", "rank-11.exr"},
+};
+
+enum { MOST_PICTURES = 4 };
+static const struct figure {
+    const char *title, *text;
+    struct {
+        const char *scene, *more, *file, *caption; // file NULL: the scene's name
+    } picture[MOST_PICTURES];
+} figures[] = {
+    {"T17 figure 7: phones",
+     "Tables measured from one simulated photograph each under a green filter (T17 eq. 15), lit by "
+     "a small LED.",
+     {{"phone", "", NULL, "Pixels of 25 um."},
+      {"phone-fine", "", NULL, "Pixels of 16 x 20 um: the orders are farther apart."}}},
+    {"T17 figure 8: holographic paper",
+     "A crossed relief of 1.2 um on a rough foil.",
+     {{"holographic", "", NULL, "Point light, sheet flat."}}},
+    {"T17 figures 14 and 15: one photograph, four lights",
+     "The table is summed anew for each spectrum.",
+     {{"laptop", "", NULL, "F1, as in the photograph of figure 14."},
+      {"laptop", "--table @/laptop-e.exr", "laptop-e", "Full spectrum (E)."},
+      {"laptop", "--table @/laptop-a.exr", "laptop-a", "Incandescent (A)."},
+      {"laptop", "--table @/laptop-blue.exr", "laptop-blue", "Cool blue (inverse of A)."}}},
+    {"T17 figure 17: rolled to a cylinder",
+     "The same table, read in the local frame of every point.",
+     {{"cylinder", "", NULL, "The pattern is squeezed sideways."}}},
+    {"T17 figure 18: a TV", "Chevron pixels.", {{"tv", "", NULL, "A torch beside the viewer."}}},
+    {"T17 figure 19: from heights",
+     "Tables of the height profiles of a disc's tracks and a ruled grating.",
+     {{"cd-heights", "", NULL, "Tracks of 2 um."},
+      {"blazed", "", NULL, "600 lines/mm, 13 degrees of blaze: the left side is brighter."}}},
+    {"T17 figure 20: radial pattern in stripes",
+     "One row of slits (T17 eq. 16) turned about the normal.",
+     {{"radial-whole", "", NULL, "Without the mask."}, {"radial", "", NULL, "With it."}}},
+    {"T17 figure 21: a compact disc",
+     "21 slits of 0.5 um at 2 um, under a clear layer that mirrors the room.",
+     {{"cd", "", NULL, "Slits, spectrally."},
+      {"cd-g04", "", NULL, "GPU Gems ch. 8: Stam's shader with its rainbow of three bumps."}}},
+    {"T17 figure 22: a lamp of several LEDs",
+     "Four LEDs are four patterns.",
+     {{"led-array", "", NULL, "2 x 2 LEDs, 14 mm apart."}}},
+    {"R17 figure 1: surroundings",
+     "Flat samples show their exactly prefiltered map, the disc and the ball are lit by the room's "
+     "128 lights.",
+     {{"cd-room", "", NULL, "Compact disc."},
+      {"tv-room", "", NULL, "TV."},
+      {"holographic-room", "", NULL, "Holographic paper."}}},
+    {"R17 figures 4 and 5: products of filters",
+     "The laptop's askew pattern as one product along the table's own axes, one along the "
+     "pattern's "
+     "(R17's affine map), and 11: compare with figure 14 above.",
+     {{"laptop", "--factors @/rank-1.exr", "rank-1", "Rank 1."},
+      {"laptop", "--factors @/rank-1-aligned.exr", "rank-1-aligned", "Rank 1, aligned."},
+      {"laptop", "--factors @/rank-11.exr", "rank-11", "Rank 11."},
+      {"laptop", "--view difference --against cpu", "laptop-gl-cpu",
+       "The whole table: OpenGL against the CPU in double, down to 1e-4 of the peak: nothing."}}},
+    {"R17 figure 7: a phone in surroundings",
+     "The spots behind the viewer in the screen, with their orders.",
+     {{"phone-room", "", NULL, "Exact for this orientation."}}},
+    {"R17 figure 8: turned in its plane",
+     "The pattern turns with the pixels, the mirror image stays.",
+     {{"phone-room-turned", "", NULL, "Pixels turned by 30 degrees."}}},
+    {"Snake scales (D14)",
+     "Nearly periodic ridges on a mesh; tables over (u, v) with POD curves in w.",
+     {{"snake", "", NULL, "All tables."},
+      {"snake", "--tolerance 0.02", "snake-few", "As many as 2 % need."}}},
+};
+
+struct gallery {
+    const struct args *args;
+    char *tables, *rigs;
+};
+
+static char *expand(const struct gallery *g, const char *words)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    for (; *words; words++)
+        if (*words == '@' || *words == '%')
+            fputs(*words == '@' ? g->tables : g->rigs, f);
+        else
+            fputc(*words, f);
+    fclose(f);
+    return text;
+}
+
+static bool run_words(const char *words, struct err *e)
+{
+    char *quiet = xasprintf("%s --quiet", words);
+    struct child c = {0};
+    bool ok = child_run(quiet, &c, e);
+    if (ok && c.status)
+        ok = err_set(e, (enum err_code)c.status, "nacre %s failed with exit code %d", words,
+                     c.status);
+    if (ok)
+        log_note("%6.2f s   nacre %s", c.wall_s, words);
+    child_finish(&c);
+    free(quiet);
+    return ok;
+}
+
+static bool make_tables(const struct gallery *g, struct err *e)
+{
+    bool ok = true;
+    for (size_t k = 0; ok && k < sizeof tables / sizeof *tables; k++) {
+        char *begin = expand(g, tables[k].words);
+        char *file = xasprintf("%s/%s", g->tables, tables[k].file);
+        char *words = xasprintf("%s %s", begin, file);
+        if (g->args->fresh || access(file, F_OK))
+            ok = run_words(words, e);
+        free(words);
+        free(file);
+        free(begin);
+    }
+    char *coil = xasprintf("%s/snake.obj", g->tables);
+    ok = ok && coil_write(coil, e);
+    free(coil);
+    return ok;
+}
+
+static char *picture_words(const struct gallery *g, const char *scene, const char *more,
+                           const char *file)
+{
+    char *rest = expand(g, more);
+    const char *map = g->args->environment;
+    char *words =
+        xasprintf("render %s/scenes/%s.yaml --tables %s%s%s%s%s --size %s -o %s/%s.png", g->rigs,
+                  scene, g->tables, *rest ? " " : "", rest, map ? " --environment " : "",
+                  map ? map : "", g->args->size, g->args->out, file);
+    free(rest);
+    return words;
+}
+
+static bool make_figure(const struct gallery *g, const struct figure *f, struct html *h,
+                        struct err *e)
+{
+    bool ok = true;
+    html_section(h, f->title, f->text);
+    fputs("<div class=row>", h->f);
+    for (int k = 0; ok && k < MOST_PICTURES && f->picture[k].scene; k++) {
+        const char *scene = f->picture[k].scene,
+                   *file = f->picture[k].file ? f->picture[k].file : scene;
+        char *words = picture_words(g, scene, f->picture[k].more, file);
+        char *png = xasprintf("%s.png", file);
+        ok = run_words(words, e);
+        fputs("<div>", h->f);
+        html_picture(h, png, f->picture[k].caption);
+        html_command(h, words);
+        fputs("</div>", h->f);
+        free(png);
+        free(words);
+    }
+    fputs("</div>\n", h->f);
+    return ok;
+}
+
+static bool make_folder(const char *path, struct err *e)
+{
+    return !mkdir(path, 0777) || errno == EEXIST || err_errno(e, "%s", path);
+}
+
+static bool write_page(const struct gallery *g, struct cli *cli, struct err *e)
+{
+    struct html h;
+    html_open(&h, "The papers' figures again",
+              "nacre " NACRE_VERSION ": every sample is simulated, every table and picture made by "
+              "the command below it.");
+    bool ok = true;
+    for (size_t k = 0; ok && k < sizeof figures / sizeof *figures; k++)
+        ok = make_figure(g, &figures[k], &h, e);
+    html_section(&h, "Tables", "In the order in which they were made.");
+    for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
+        char *words = expand(g, tables[k].words),
+             *all = xasprintf("%s %s/%s", words, g->tables, tables[k].file);
+        html_command(&h, all);
+        free(all);
+        free(words);
+    }
+    char *path = xasprintf("%s/index.html", g->args->out);
+    ok = html_close(&h, ok ? path : NULL, ok ? e : &(struct err){0}) && ok;
+    if (ok)
+        doc_text(cli->doc, "page", path);
+    free(path);
+    return ok;
+}
+
+static bool run(const void *args, struct cli *cli, struct err *e)
+{
+    struct gallery g = {.args = args};
+    char *sim = data_path("rigs/sim.yaml", e);
+    if (!sim)
+        return false;
+    g.rigs = xasprintf("%.*s", (int)(strlen(sim) - strlen("/sim.yaml")), sim);
+    g.tables = xasprintf("%s/tables", g.args->out);
+    const bool ok = make_folder(g.args->out, e) && make_folder(g.tables, e) && make_tables(&g, e) &&
+                    write_page(&g, cli, e);
+    free(g.tables);
+    free(g.rigs);
+    free(sim);
+    return ok;
+}
+
+const struct command cmd_gallery = {
+    .name = "gallery",
+    .summary = "draw the papers' figures from simulated samples, as a page",
+    .operands = "",
+    .opts = opts,
+    .args_size = sizeof(struct args),
+    .notes = "Open gallery-out/index.html. The tables stay for nacre render and nacre-view.",
+    .run = run,
+};
