@@ -1,6 +1,7 @@
 // test_cmd_tables.c - nacre tables and nacre eval as a user runs them.
 #include "tests/test.h"
 
+#include "calib/bokeh_record.h"
 #include "core/hfield_file.h"
 #include "core/table.h"
 #include "tests/run.h"
@@ -62,6 +63,50 @@ TEST(holes_are_filled_when_asked)
     assert_int_equal(access("t.exr", R_OK), 0);
 }
 
+TEST(a_bokeh_photograph_becomes_tables_in_one_go)
+{
+    char sample[1100], words[3000];
+    snprintf(sample, sizeof sample, "%s", shared_or_skip("reference/bokeh/sample.png"));
+    enter_scratch("cmd_tables_bokeh");
+    struct bokeh_record rec = {.channel = "B",
+                               .lines_per_m = 6e5,
+                               .blaze_rad = 0.22689,
+                               .cx_px = 540,
+                               .cy_px = 540,
+                               .radius_px = 500,
+                               .turn_rad = M_PI / 2,
+                               .lines = 50,
+                               .m_per_px = 8.3e-8,
+                               .m_per_px_sigma = 1e-11,
+                               .sigma_px = 3,
+                               .iterations = 5,
+                               .gain_m = 4e-7,
+                               .offset = 1,
+                               .level = 0.36,
+                               .exposure_s = NAN,
+                               .rmse = 0.05};
+    struct err e = {0};
+    record_init(&rec.head, "bokeh", "test", rec.rmse, "of the height");
+    if (!bokeh_record_write(&rec, "test", "rec.yaml", &e))
+        fail_msg("%s", e.msg);
+    snprintf(words, sizeof words, "bokeh %s --calibration rec.yaml -o h.gsf", sample);
+    assert_int_equal(run_nacre(words).status, 0);
+    assert_int_equal(run_nacre("tables h.gsf --size 21 --count 3 -o two.exr").status, 0);
+    snprintf(words, sizeof words,
+             "tables --from-bokeh %s --calibration rec.yaml --size 21 --count 3 -o one.exr",
+             sample);
+    const struct run r = run_nacre(words);
+    if (r.status)
+        fail_msg("%s", r.err);
+    struct table one = {0}, two = {0};
+    assert_true(table_read(&one, "one.exr", NULL, &e));
+    assert_true(table_read(&two, "two.exr", NULL, &e));
+    for (int k = 0; k < 3 * 21 * 21 * 3; k++) // the file holds the spacing as text
+        assert_near(one.tab[k], two.tab[k], 1e-5);
+    table_finish(&one);
+    table_finish(&two);
+}
+
 TEST(a_plain_table_needs_no_w_and_tells_its_sigma)
 {
     struct table t = {0};
@@ -108,6 +153,9 @@ TEST(what_cannot_be_is_refused_in_one_line)
     refused("tables h.gsf --memory 2kB -o no.exr", 3, "must be 1 MB or more");
     refused("tables h.gsf --illuminant Q -o no.exr", 3, "unknown illuminant 'Q'");
     refused("tables h.gsf --size 11 -o no.pfm", 3, "only .exr holds tables over w");
+    refused("tables -o no.exr", 2, "give a height field or --from-bokeh");
+    refused("tables --from-bokeh h.gsf -o no.exr", 2, "--from-bokeh needs --calibration");
+    refused("tables --from-bokeh h.gsf --calibration none.yaml -o no.exr", 5, "none.yaml");
     refused("tables hole.gsf -o no.exr", 3,
             "hole.gsf: node (7, 5) was not measured (1 such nodes)");
     refused("tables none.gsf -o no.exr", 5, "none.gsf");
@@ -132,5 +180,6 @@ TEST(what_cannot_be_is_refused_in_one_line)
 
 TEST_MAIN(cmocka_unit_test(tables_are_made_and_agree_with_direct_summation),
           cmocka_unit_test(holes_are_filled_when_asked),
+          cmocka_unit_test(a_bokeh_photograph_becomes_tables_in_one_go),
           cmocka_unit_test(a_plain_table_needs_no_w_and_tells_its_sigma),
           cmocka_unit_test(what_cannot_be_is_refused_in_one_line))

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "core/sha256.h"
 #include "process/tables.h"
+#include "ui/bokeh_heights.h"
 #include "ui/commands.h"
 #include "ui/heights.h"
 #include <limits.h>
@@ -13,6 +14,7 @@
 
 struct args {
     struct heights_opts heights;
+    const char *bokeh, *calibration;
     double coherence_m;
     const char *window;
     const char *repeat;
@@ -37,6 +39,9 @@ static const struct opt opts[] = {
     {"z-scale", OPT_NUM, AT(heights.z_scale_m), "H", NULL,
      "height of a sample of 1, for pictures without units", UNIT_M},
     {"fill", OPT_FLAG, AT(heights.fill), NULL, NULL, "fill nodes that were not measured"},
+    {"from-bokeh", OPT_FILE, AT(bokeh), "PICTURE|SESSION", NULL,
+     "in place of HEIGHT: a bokeh photograph, or a session of one bracket"},
+    {"calibration", OPT_FILE, AT(calibration), "FILE", NULL, "its record, from nacre calib bokeh"},
     {"coherence", OPT_NUM, AT(coherence_m), "D", "65um",
      "patch seen at once: four sigma of the Gaussian window", UNIT_M},
     {"window", OPT_CHOICE, AT(window), "gauss|flat", "gauss", "flat: the whole field evenly"},
@@ -118,15 +123,33 @@ static bool make_spec(struct tables_spec *s, const struct args *a, struct err *e
     return true;
 }
 
+// The height field's file, or what it comes from.
+static const char *source_of(const struct args *a, const struct cli *cli)
+{
+    return a->bokeh ? a->bokeh : cli->operand[0];
+}
+
+static bool get_heights(struct hfield *hf, const struct args *a, const struct cli *cli,
+                        struct err *e)
+{
+    if (!a->bokeh == !cli->n)
+        return err_set(e, ERR_USAGE, "give a height field or --from-bokeh, one of them");
+    if (!a->bokeh)
+        return heights_read(hf, cli->operand[0], &a->heights, e);
+    if (!a->calibration)
+        return err_set(e, ERR_USAGE, "--from-bokeh needs --calibration, of nacre calib bokeh");
+    return bokeh_heights(hf, a->bokeh, a->calibration, a->out, e);
+}
+
 static void record(struct table *t, const struct args *a, const struct cli *cli)
 {
     struct meta *m = &t->meta;
     meta_set_text(m, "nacre.version", NACRE_VERSION);
     meta_set_text(m, "nacre.command", cli->line);
-    meta_set_text(m, "nacre.heights", cli->operand[0]);
+    meta_set_text(m, "nacre.heights", source_of(a, cli));
     char hash[SHA256_TEXT];
     struct err ignored;
-    if (sha256_file(cli->operand[0], hash, &ignored))
+    if (sha256_file(source_of(a, cli), hash, &ignored))
         meta_set_text(m, "nacre.heights_sha256", hash);
     meta_set_text(m, "nacre.illuminant", a->illuminant);
 }
@@ -204,7 +227,7 @@ static bool build(const struct args *a, struct cli *cli, const struct tables_spe
     struct table t = {0};
     const double start_s = now_s();
     if (!tables_make(&t, s, hf, e))
-        return err_in(e, "%s", cli->operand[0]);
+        return err_in(e, "%s", source_of(a, cli));
     const double time_s = now_s() - start_s;
     record(&t, a, cli);
     const bool ok = table_write(&t, a->out, e);
@@ -222,7 +245,7 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     struct tables_spec s;
     struct hfield hf = {0};
     struct spectrum light = {0};
-    bool ok = make_spec(&s, a, e) && heights_read(&hf, cli->operand[0], &a->heights, e) &&
+    bool ok = make_spec(&s, a, e) && get_heights(&hf, a, cli, e) &&
               illuminant_get(&light, a->illuminant, e);
     s.light = &light;
     ok = ok && build(a, cli, &s, &hf, e);
@@ -234,8 +257,8 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 const struct command cmd_tables = {
     .name = "tables",
     .summary = "diffraction tables from a height field",
-    .operands = "HEIGHT",
-    .min_operands = 1,
+    .operands = "[HEIGHT]",
+    .min_operands = 0,
     .max_operands = 1,
     .opts = opts,
     .args_size = sizeof(struct args),
@@ -244,6 +267,7 @@ const struct command cmd_tables = {
         "tables over (u, v) with a curve in w each. --tolerance chooses how many; the file states\n"
         "the error with its first 1, 2, ... tables (docs/tables.md).\n\n"
         "  nacre tables scan.gsf --illuminant D65 --tolerance 1e-3 -o scan.exr\n"
-        "  nacre tables h.pfm --pixel 0.254um --basis chebyshev --count 3 -o cheb.exr",
+        "  nacre tables h.pfm --pixel 0.254um --basis chebyshev --count 3 -o cheb.exr\n"
+        "  nacre tables --from-bokeh phone.png --calibration bokeh.yaml -o phone.exr",
     .run = run,
 };
