@@ -14,6 +14,7 @@ static const struct command *const commands[] = {
     &cmd_tables,
     &cmd_slits,
     &cmd_eval,
+    &cmd_export,
     &cmd_factor,
     &cmd_prefilter,
     &cmd_render,
