@@ -5,11 +5,39 @@
 #include <string.h>
 
 static const double TRIM_SIGMAS = 7; // of a difference, against pixels that flicker
+static const double FAINT = 20;      // read noises
 
 // Pixel minus the mean of its four neighbours: keeps PRNU, drops smooth light.
 static double high_pass(const float *p, int w)
 {
     return (double)p[0] - 0.25 * ((double)p[-1] + (double)p[1] + (double)p[-w] + (double)p[w]);
+}
+
+// Half octaves of a half squared difference, from 2^-8 counts^2 on.
+static int step_of(double v)
+{
+    const int at = v > 0 ? (int)floor(2 * (log2(v) + 8)) : 0;
+    return at < 0 ? 0 : at < NOISE_STEPS ? at : NOISE_STEPS - 1;
+}
+
+// Variance from the median of the histogram: half a squared difference of normal noise is the
+// variance times chi^2 of one degree, whose median is 0.4549.
+static double median_variance(const struct noise_bin *b)
+{
+    double below = 0;
+    for (int k = 0; k < NOISE_STEPS; k++) {
+        const double here = (double)b->step[k];
+        if (below + here >= 0.5 * b->n)
+            return exp2(0.5 * (k + (0.5 * b->n - below) / here) - 8) / 0.4549;
+        below += here;
+    }
+    return 0;
+}
+
+static bool touches(const float *p, int w, double white)
+{
+    return (double)p[0] >= white || (double)p[1] >= white || (double)p[-1] >= white ||
+           (double)p[w] >= white || (double)p[-w] >= white;
 }
 
 void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8_t *hot, int w,
@@ -21,7 +49,7 @@ void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8
             const size_t k = (size_t)j * (size_t)w + (size_t)i;
             const double level = 0.5 * ((double)a[k] + (double)b[k]) - s->black;
             const double d = (double)a[k] - (double)b[k];
-            if ((hot && hot[k]) || (double)a[k] >= s->white || (double)b[k] >= s->white ||
+            if ((hot && hot[k]) || touches(a + k, w, s->white) || touches(b + k, w, s->white) ||
                 level > 0.9 * span || level < -0.05 * span)
                 continue;
             const double model = s->model[0] + s->model[1] * fmax(level, 0);
@@ -31,6 +59,7 @@ void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8
             bin->n++;
             bin->level += level;
             bin->square += 0.5 * d * d;
+            bin->step[step_of(0.5 * d * d)]++;
             bin->common += high_pass(a + k, w) * high_pass(b + k, w);
         }
     s->pairs++;
@@ -67,15 +96,21 @@ static bool fit_line(const double *p, const double *y, const double *n, int coun
 bool noise_end(const struct noise_sums *s, struct noise *out, struct err *e)
 {
     struct noise r = {.black = s->black, .white = s->white, .pairs = s->pairs};
-    double level[NOISE_BINS], square[NOISE_BINS], count[NOISE_BINS];
+    double level[NOISE_BINS + 1], square[NOISE_BINS + 1], count[NOISE_BINS + 1];
     int bins = 0;
+    const double faint = s->dark_samples > 0 ? FAINT * sqrt(s->dark_variance) : -INFINITY;
+    if (s->dark_samples > 0) {
+        level[bins] = 0;
+        square[bins] = s->dark_variance;
+        count[bins++] = s->dark_samples;
+    }
     for (int k = 0; k < NOISE_BINS; k++) {
         const struct noise_bin *b = &s->bin[k];
         r.samples += (long)b->n;
-        if (b->n < 50)
+        if (b->n < 50 || b->level / b->n < faint)
             continue;
         level[bins] = b->level / b->n;
-        square[bins] = b->square / b->n;
+        square[bins] = s->model[0] > 0 ? b->square / b->n : median_variance(b);
         count[bins++] = b->n;
     }
     if (!s->pairs)

@@ -17,18 +17,25 @@ struct noise {
     long samples;
 };
 
-enum { NOISE_BINS = 64 };
-struct noise_sums { // fill by noise_add, zeroed at first but for black and white
+enum { NOISE_BINS = 64, NOISE_STEPS = 96 };
+struct noise_sums { // zeroed at first but for black, white and model
     double black, white;
     int pairs;
     struct noise_bin {
         double n, level, square; // sums of pixels, of signals, of half squared differences
         double common;           // sum of products of the two frames' high-passed pixels
+        long step[NOISE_STEPS];  // histogram of the half squared differences, half octaves
     } bin[NOISE_BINS];
-    double model[2]; // read^2 and gain of the round before; 0, 0: nothing is left out
+    // read^2 and gain of the round before, to leave out what it does not explain (flicker, spilled
+    // charge); 0, 0 in the first round, which goes by medians.
+    double model[2];
+    // Known from dark frames, else 0: their variance and how many samples it stands on. Then faint
+    // pixels are not used: sorted by their own counts, most of them are fainter than they look.
+    double dark_variance, dark_samples;
 };
 
-// A pair of equal exposures; hot[h][w] or NULL marks pixels to leave out.
+// A pair of equal exposures; hot[h][w] or NULL marks pixels to leave out. Neighbours of saturated
+// pixels are left out too.
 void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8_t *hot, int w,
                int h);
 // ERR_DATA: no pair; all black; all saturated; fewer than 3 levels of signal.

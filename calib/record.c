@@ -109,6 +109,16 @@ void record_from_image(struct record *r, const struct image *im)
     r->h = im->h;
 }
 
+void record_settings(struct record *r, const struct record *from)
+{
+    struct record all = *from;
+    memcpy(all.kind, r->kind, sizeof all.kind);
+    memcpy(all.valid, r->valid, sizeof all.valid);
+    memcpy(all.residual_unit, r->residual_unit, sizeof all.residual_unit);
+    all.residual = r->residual;
+    *r = all;
+}
+
 static void print_text(FILE *f, const char *key, const char *text)
 {
     fprintf(f, "%s: \"", key);

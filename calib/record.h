@@ -23,6 +23,7 @@ struct record {
 void record_init(struct record *r, const char *kind, const char *valid, double residual,
                  const char *residual_unit);
 void record_from_image(struct record *r, const struct image *im);
+void record_settings(struct record *r, const struct record *from); // date, device, lens ... size
 
 // Writing YAML: begin, print more keys to f, end.
 struct record_file {

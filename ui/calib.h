@@ -5,11 +5,17 @@
 // All options; each verb says in cmd_calib.c which ones are its own.
 struct calib_args {
     const char *out;
-    const char *times, *method, *dark, *channel;
-    double black, white;
+    const char *times, *method, *dark; // sensor
+    const char *light, *filter;        // a session's bracket
+    double black, white;               // counts
+    const char *channel;
     double lines_per_m, blaze_rad; // bokeh, spectral: a known grating
     const char *turn;
 };
 
 // cli->operand holds what stands behind the verb.
+bool calib_dark(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_noise(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_response(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_flat(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e);

@@ -6,6 +6,16 @@
 
 #define AT(field) offsetof(struct calib_args, field)
 static const struct opt opts[] = {
+    {"times", OPT_LIST, AT(times), "exif|T,..", "exif",
+     "dark, noise, response: exposure times, from the files or given in their order"},
+    {"method", OPT_CHOICE, AT(method), "debevec|robertson", "debevec",
+     "response: least squares, or alternating estimates"},
+    {"dark", OPT_FILE, AT(dark), "FILE", NULL, "noise, response of counts: a dark record"},
+    {"black", OPT_NUM, AT(black), "COUNTS", NULL, "noise: the black level (default: the files')"},
+    {"white", OPT_NUM, AT(white), "COUNTS", NULL,
+     "noise, response of counts: where pixels saturate (default: the files')"},
+    {"light", OPT_TEXT, AT(light), "NAME", NULL, "of a session or rig: this light"},
+    {"filter", OPT_TEXT, AT(filter), "NAME", NULL, "of a session or rig: this filter"},
     {"lines", OPT_NUM, AT(lines_per_m), "N", NULL, "bokeh: lines of the known grating, e.g. 600/mm",
      UNIT_PER_M},
     {"blaze", OPT_NUM, AT(blaze_rad), "ANGLE", NULL, "bokeh: its blaze angle, e.g. 13deg",
@@ -23,8 +33,8 @@ static const struct verb {
     const char *name;
     bool (*run)(const struct calib_args *a, struct cli *cli, struct err *e);
 } verbs[] = {
-    {"bokeh", calib_bokeh},
-    {NULL, NULL},
+    {"dark", calib_dark}, {"noise", calib_noise}, {"response", calib_response},
+    {"flat", calib_flat}, {"bokeh", calib_bokeh}, {NULL, NULL},
 };
 
 static bool run(const void *args, struct cli *cli, struct err *e)
@@ -39,7 +49,8 @@ static bool run(const void *args, struct cli *cli, struct err *e)
             doc_text(cli->doc, "output", ((const struct calib_args *)args)->out);
             return v->run(args, &rest, e);
         }
-    return err_set(e, ERR_USAGE, "calib: '%.40s' is not one of bokeh", cli->operand[0]);
+    return err_set(e, ERR_USAGE, "calib: '%.40s' is not one of dark, noise, response, flat, bokeh",
+                   cli->operand[0]);
 }
 
 const struct command cmd_calib = {
@@ -50,6 +61,13 @@ const struct command cmd_calib = {
     .max_operands = 256,
     .opts = opts,
     .args_size = sizeof(struct calib_args),
-    .notes = "  nacre calib bokeh grating.png --lines 600/mm --blaze 13deg -o bokeh.yaml",
+    .notes =
+        "dark      FRAME...|SESSION   black level, read noise, dark current, hot pixels\n"
+        "noise     FRAME...|SESSION   gain, read noise and PRNU from pairs of equal exposures\n"
+        "response  IMAGE...|SESSION   the curve of 8-bit pictures; of counts a linearity check\n"
+        "flat      PICTURE            vignetting and fall-off, from an even target\n"
+        "bokeh     IMAGE              scale, turn, blur of bokeh photographs, from a grating\n"
+        "  nacre calib noise session --filter open -o noise.yaml\n"
+        "  nacre calib bokeh grating.png --lines 600/mm --blaze 13deg -o bokeh.yaml",
     .run = run,
 };

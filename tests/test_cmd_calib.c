@@ -1,0 +1,151 @@
+// test_cmd_calib.c - nacre calib at the command line: closed loops, records that do not fit, and
+// what is refused.
+#include "tests/test.h"
+
+#include "tests/run.h"
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *f = fopen(path, "w");
+    fputs(text, f);
+    fclose(f);
+}
+
+static struct run do_run(const char *words)
+{
+    const struct run r = run_nacre(words);
+    if (r.status)
+        fail_msg("nacre %s: %s", words, r.err);
+    return r;
+}
+
+static double said(const struct run *r, const char *key)
+{
+    char line[80];
+    snprintf(line, sizeof line, "\n%s ", key);
+    const char *at = strstr(r->out, line);
+    return at ? strtod(at + strlen(line), NULL) : NAN;
+}
+
+static void refused(const char *words, int status, const char *sentence)
+{
+    const struct run r = run_nacre(words);
+    if (r.status != status || !strstr(r.err, sentence) || count_errors(r.err) != 1)
+        fail_msg("nacre %s: exit %d, '%s' lacks '%s'", words, r.status, r.err, sentence);
+    assert_int_not_equal(access("out.yaml", F_OK), 0);
+}
+
+TEST(a_simulated_sensor_is_found_as_it_was_made)
+{
+    enter_scratch("calib_sensor");
+    write_text("scene.yaml", "sample:\n  kind: lcd\n  pitch: 25um\n"
+                             "view:\n  width: 320\n  height: 240\n  h-per-pixel: 2.5e-3\n");
+    write_text("plan.yaml",
+               "name: test\nlights: [led]\nfilters: [open]\n"
+               "exposures: {first: 0.5ms, last: 128ms, step: 2}\nrepeats: 4\ndarks: 4\n");
+    assert_int_equal(
+        system("sed 's|samples/lcd.yaml|scene.yaml|' " SOURCE_DIR "/rigs/sim.yaml > rig.yaml"), 0);
+    do_run("capture --rig rig.yaml --plan plan.yaml -o session");
+
+    struct run r = do_run("calib dark session -o dark.exr");
+    assert_near(said(&r, "black"), 256, 0.5);
+    assert_near(said(&r, "read_noise"), sqrt(1 + 1 / 12.), 0.03); // 2.5 electrons, 2.5 to a count
+    assert_near(said(&r, "dark_rate_per_s"), 4 / 2.5, 0.3);
+    r = do_run("calib noise session --dark dark.exr -o noise.yaml");
+    assert_near(said(&r, "gain"), 1 / 2.5, 0.01 / 2.5);
+    assert_near(said(&r, "read"), sqrt(1 + 1 / 12.), 0.03);
+    r = do_run("calib response session -o linearity.yaml");
+    assert_near(said(&r, "worst"), 0, 5e-4);
+    do_run("hdr session --dark dark.exr --noise noise.yaml -o merged.exr");
+
+    // the same records on another camera, size, gain
+    assert_int_equal(system("sed -i 's/^device:.*/device: \"Another\"/' noise.yaml"), 0);
+    refused("hdr session --noise noise.yaml -o out.yaml", 3,
+            "noise.yaml: made with camera 'Another'");
+    assert_int_equal(system("sed -i '/^device:/d; s/^iso:.*/iso: 800/' noise.yaml"), 0);
+    refused("hdr session --noise noise.yaml -o out.yaml", 3,
+            "noise.yaml: made with ISO 800, but this is 100");
+    write_text("scene.yaml", "sample:\n  kind: lcd\n  pitch: 25um\n"
+                             "view:\n  width: 120\n  height: 90\n  h-per-pixel: 5e-3\n");
+    write_text("plan.yaml", "name: test\nlights: [led]\nfilters: [open]\n"
+                            "exposures: {first: 0.5ms, last: 8ms, step: 2}\n");
+    do_run("capture --rig rig.yaml --plan plan.yaml -o small");
+    refused("hdr small --dark dark.exr -o out.yaml", 3,
+            "dark.exr: made at 320 x 240 pixels, but this is 120 x 90");
+    refused("hdr small --noise dark.exr -o out.yaml", 3, "dark.exr");
+    refused("calib dark small -o out.yaml", 3, "fewer than two good dark frames");
+    refused("calib noise small -o out.yaml", 3, "no two frames have the same exposure");
+}
+
+TEST(a_real_response_is_monotone_and_its_halves_agree)
+{
+    char words[2048];
+    const char *dir = shared_or_skip("data/brackets/canon5d");
+    double half[2][256];
+    enter_scratch("calib_response");
+    for (int k = 0; k < 2; k++) {
+        snprintf(words, sizeof words, "calib response $(ls %s/*.jpg | awk 'NR%%2==%d') -o r%d.yaml",
+                 dir, k, k);
+        do_run(words);
+        char path[16], line[8192];
+        snprintf(path, sizeof path, "r%d.yaml", k);
+        FILE *f = fopen(path, "r");
+        while (fgets(line, sizeof line, f) && strncmp(line, "log_x_1: [", 10))
+            ;
+        const char *at = line + 10;
+        for (int z = 0; z < 256; z++) {
+            char *end;
+            half[k][z] = strtod(at, &end);
+            while (*end == ',' || *end == ' ')
+                end++;
+            at = end;
+            if (*at == '\n' && fgets(line, sizeof line, f))
+                at = line;
+        }
+        fclose(f);
+        for (int z = 1; z < 256; z++)
+            assert_true(half[k][z] >= half[k][z - 1]);
+    }
+    for (int z = 16; z < 240; z++) // neither nearly black nor nearly saturated
+        assert_near(half[0][z], half[1][z], 0.02);
+}
+
+TEST(what_cannot_be_calibrated_is_refused)
+{
+    enter_scratch("calib_bad");
+    refused("calib -o out.yaml", 2, "VERB");
+    refused("calib colour x.png -o out.yaml", 2, "'colour' is not one of");
+    refused("calib dark -o out.yaml", 2, "needs a file to work on");
+    refused("calib bokeh absent.png --lines 600/mm --blaze 13deg -o out.yaml", 5, "absent.png");
+    refused("calib bokeh absent.png -o out.yaml", 2, "--lines 600/mm --blaze 13deg");
+    refused("calib bokeh absent.png --lines 600/mm --blaze 100deg -o out.yaml", 3, "--blaze");
+    refused("calib bokeh absent.png --lines 600/mm --blaze 13deg --turn up -o out.yaml", 2,
+            "--turn");
+    refused("calib flat absent.exr -o out.yaml", 5, "absent.exr");
+}
+
+TEST(the_reference_grating_is_measured)
+{
+    char words[1200];
+    enter_scratch("calib_bokeh");
+    snprintf(words, sizeof words, "calib bokeh %s --lines 600/mm --blaze 13deg -o bokeh.yaml",
+             shared_or_skip("reference/bokeh/grating.png"));
+    const struct run r = do_run(words);
+    assert_near(said(&r, "um_per_px") / 0.07692855304, 1, 5e-3);
+    assert_near(said(&r, "turn_deg"), 90, 0.2);
+    assert_near(said(&r, "psf_sigma_px") / 1.874, 1, 0.02);
+    assert_true(said(&r, "rmse") < 0.0583);
+    snprintf(words, sizeof words, "bokeh %s --calibration bokeh.yaml -o height.gsf",
+             shared_or_skip("reference/bokeh/sample.png"));
+    const struct run h = do_run(words);
+    assert_near(said(&h, "height_sd_m") / 0.13573540e-6, 1, 0.06);
+    snprintf(words, sizeof words, "calib bokeh %s --lines 600/mm --blaze 13deg -o out.yaml",
+             shared_or_skip("reference/bokeh/sample.png"));
+    const struct run s = run_nacre(words); // two directions of lines: not a grating
+    assert_int_equal(s.status, 3);
+}
+
+TEST_MAIN(cmocka_unit_test(a_simulated_sensor_is_found_as_it_was_made),
+          cmocka_unit_test(a_real_response_is_monotone_and_its_halves_agree),
+          cmocka_unit_test(what_cannot_be_calibrated_is_refused),
+          cmocka_unit_test(the_reference_grating_is_measured))
