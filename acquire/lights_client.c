@@ -154,11 +154,10 @@ static bool kept_set(struct trig *t, uint32_t state, struct err *e)
     if (e->code == ERR_DATA)
         return false;
     // Whatever went wrong, the lights must go off: a new keeper does that at its start.
-    if (restart(k, &why) && !state) {
-        snprintf(k->news, sizeof k->news, "nacre-lights started again: %.200s", e->msg);
-        return true;
-    }
-    return false;
+    if (!restart(k, &why))
+        return false;
+    snprintf(k->news, sizeof k->news, "nacre-lights started again: %.200s", e->msg);
+    return !state || ask(k, question, e);
 }
 
 static bool kept_pulse(struct trig *t, uint32_t mask, int64_t duration_ns, struct err *e)
@@ -199,7 +198,7 @@ struct trig *lights_open(const struct rig *rig, const char *run, struct err *e)
     k->base = (struct trig){.drv = &kept_trig, .fd = -1};
     k->rig = xstrdup(rig->path);
     k->run = xstrdup(run);
-    if (start(k, e))
+    if (start(k, e) || restart(k, e)) // once more, should it have been killed on its way
         return &k->base;
     trig_close(&k->base);
     return NULL;
