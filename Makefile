@@ -21,9 +21,9 @@ demo: release
 gallery: release
 	@$(BUILD)/bin/nacre gallery
 
-# Everything on the release build; what is quick once more under the sanitizers.
+# Every quick test on the release build, and once more under the sanitizers. check-slow: the long ones.
 check: release dev
-	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS) -LE slow
 	@ctest --test-dir build-dev --output-on-failure -j $(JOBS) -LE slow
 
 bench: release
