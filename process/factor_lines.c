@@ -242,15 +242,16 @@ static void line_filter(struct line *l, bool with_lobe, float *f)
         l->across[j] /= all * step;
 }
 
-static double between(const double *v, double x) // linear, 0 beyond the ends
+// Linear between the n samples; x in 0..n-1, the last one by rounding too.
+static double between(const double *v, int n, double x)
 {
-    const int i = (int)floor(x);
+    const int i = x < n - 2 ? (int)x : n - 2;
     return v[i] + (x - i) * (v[i + 1] - v[i]);
 }
 
-static double betweenf(const float *v, double x, int c)
+static double betweenf(const float *v, int n, double x, int c)
 {
-    const int i = (int)floor(x);
+    const int i = x < n - 2 ? (int)x : n - 2;
     return (double)v[3 * i + c] + (x - i) * (double)(v[3 * i + 3 + c] - v[3 * i + c]);
 }
 
@@ -269,9 +270,9 @@ static void line_error(const struct factors *f, const struct line *line, const s
                 if (fmax(fabs(a), fabs(b)) >= f->range)
                     continue;
                 const double scale = .5 * (f->n - 1) / f->range, mid = .5 * (f->n - 1);
-                const double p = between(line[k].across, mid + scale * b);
+                const double p = between(line[k].across, f->n, mid + scale * b);
                 for (int c = 0; c < 3; c++)
-                    sum[c] += p * betweenf(f->f[k], mid + scale * a, c);
+                    sum[c] += p * betweenf(f->f[k], f->n, mid + scale * a, c);
             }
             for (int c = 0; c < 3; c++) {
                 const double s = (double)t->tab[(j * t->n + i) * 3 + c];

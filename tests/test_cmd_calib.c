@@ -87,7 +87,7 @@ TEST(a_real_response_is_monotone_and_its_halves_agree)
         snprintf(words, sizeof words, "calib response $(ls %s/*.jpg | awk 'NR%%2==%d') -o r%d.yaml",
                  dir, k, k);
         do_run(words);
-        char path[16], line[8192];
+        char path[32], line[8192];
         snprintf(path, sizeof path, "r%d.yaml", k);
         FILE *f = fopen(path, "r");
         while (fgets(line, sizeof line, f) && strncmp(line, "log_x_1: [", 10))
