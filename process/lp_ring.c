@@ -3,7 +3,6 @@
 #include "process/lp_ring.h"
 #include "core/mem.h"
 #include "process/bspline.h"
-#include "process/lp_taps.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +16,17 @@ enum {
 static int sectors(const struct lp_ring *r)
 {
     return r->symmetric ? 2 : 4;
+}
+
+// Samples along a ray that all results together look at.
+static int samples_of(const struct lp_ring *r)
+{
+    return (r->rows + GROUP - 1) / GROUP * GROUP * r->taps.stride + r->taps.n;
+}
+
+static int chunks_of(const struct lp_ring *r)
+{
+    return (r->rays / LP_BLOCK + CHUNK - 1) / CHUNK;
 }
 
 typedef float rays16 __attribute__((vector_size(64))); // one sample of LP_BLOCK rays
@@ -38,9 +48,11 @@ filter_group(const rays16 *in, const float (*tap)[3], int stride, int from, int 
 }
 
 // One block of rays: every result of the ring from its samples in[n_in].
-static long filter_block(struct lp_ring *r, const struct lp_taps *t, int sector, int block,
-                         const rays16 *in, const uint8_t *in_live, int n_in)
+static long filter_block(struct lp_ring *r, int sector, int block, const rays16 *in,
+                         const uint8_t *in_live)
 {
+    const struct lp_taps *t = &r->taps;
+    const int n_in = samples_of(r);
     int first = 0, last = n_in - 1;
     while (first < n_in && !in_live[first])
         first++;
@@ -88,9 +100,11 @@ static void add_opposite(const struct lp_source *s, int sector, double a, double
 }
 
 // Samples and filters the blocks of rays from `block` on.
-static void run_task(struct lp_ring *r, const struct lp_source *s, const struct lp_taps *t,
-                     int sector, int block, int n_in, struct task *w, struct lp_counts *counts)
+static void run_task(struct lp_ring *r, const struct lp_source *s, int sector, int block,
+                     struct task *w, struct lp_counts *counts)
 {
+    const struct lp_taps *t = &r->taps;
+    const int n_in = samples_of(r);
     const int left = r->rays / LP_BLOCK - block, n = left < CHUNK ? left : CHUNK;
     const double dt = 1.0 / r->half, t0 = (block * LP_BLOCK - r->middle) * dt;
     const double ln_in = r->ln_first + t->first * t->step;
@@ -109,8 +123,8 @@ static void run_task(struct lp_ring *r, const struct lp_source *s, const struct 
     counts->samples += (double)n * n_in;
     counts->results += (double)n * r->rows;
     for (int b = 0; b < n; b++)
-        counts->results_skipped += (double)filter_block(r, t, sector, block + b, w->in + b * n_in,
-                                                        w->live + b * n_in, n_in);
+        counts->results_skipped +=
+            (double)filter_block(r, sector, block + b, w->in + b * n_in, w->live + b * n_in);
 }
 
 // Live blocks spread by what the spline fit rings: two blocks.
@@ -127,140 +141,151 @@ static void spread_live(struct lp_ring *r)
     free(was);
 }
 
-static bool run_tasks(struct lp_ring *r, const struct lp_source *s, const struct lp_taps *t,
-                      struct lp_counts *counts, struct err *e)
+static bool task_init(struct task *w, const struct lp_ring *rings, int n, const struct lp_source *s,
+                      struct err *e)
 {
-    const int n_in = (r->rows + GROUP - 1) / GROUP * GROUP * t->stride + t->n;
-    const int blocks = r->rays / LP_BLOCK, chunks = (blocks + CHUNK - 1) / CHUNK;
+    size_t most = 1;
+    for (int q = 0; q < n; q++)
+        most = (size_t)samples_of(&rings[q]) > most ? (size_t)samples_of(&rings[q]) : most;
+    *w = (struct task){
+        .line = xcalloc(lp_source_scratch(s), sizeof(float)),
+        .row = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
+        .twin = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
+        .in = sample_alloc(CHUNK * most, sizeof *w->in, "rays", e),
+        .live = xcalloc(CHUNK * most, 1),
+    };
+    return w->in != NULL;
+}
+
+static void task_finish(struct task *w)
+{
+    free(w->line);
+    free(w->row);
+    free(w->twin);
+    free(w->in);
+    free(w->live);
+}
+
+// The ring that task number *task belongs to; *task becomes its number there. NULL: none.
+static struct lp_ring *ring_of_task(struct lp_ring *rings, int n, int *task)
+{
+    for (struct lp_ring *r = rings; r < rings + n; r++) {
+        if (*task < sectors(r) * chunks_of(r))
+            return r;
+        *task -= sectors(r) * chunks_of(r);
+    }
+    return NULL;
+}
+
+// All rings and the middle in one go: few barriers, and the cores share the small rings.
+static bool sample_all(struct lp_ring *rings, int n, struct lp_middle *middle,
+                       const struct lp_source *s, struct lp_counts *counts, struct err *e)
+{
     bool ok = true;
-    double sums[4] = {0};
-#pragma omp parallel
+    int tasks = 0;
+    double samples = 0, samples_skipped = 0, results = 0, results_skipped = 0;
+    for (int q = 0; q < n; q++)
+        tasks += sectors(&rings[q]) * chunks_of(&rings[q]);
+#pragma omp parallel reduction(+ : samples, samples_skipped, results, results_skipped)
     {
         struct err mine = {0};
         struct lp_counts c = {0};
-        struct task w = {
-            .line = xcalloc(lp_source_scratch(s), sizeof(float)),
-            .row = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
-            .twin = xcalloc(CHUNK * LP_BLOCK, sizeof(float)),
-            .in = sample_alloc((size_t)CHUNK * (size_t)n_in, sizeof *w.in, "rays", &mine),
-            .live = xcalloc((size_t)CHUNK * (size_t)n_in, 1),
-        };
+        struct task w;
+        const bool ready = task_init(&w, rings, n, s, &mine);
+#pragma omp for schedule(dynamic) nowait
+        for (int k = 0; k < tasks; k++) {
+            int task = k;
+            struct lp_ring *r = ring_of_task(rings, n, &task);
+            if (ready)
+                run_task(r, s, task / chunks_of(r), task % chunks_of(r) * CHUNK, &w, &c);
+        }
 #pragma omp for schedule(dynamic)
-        for (int task = 0; task < sectors(r) * chunks; task++)
-            if (w.in)
-                run_task(r, s, t, task / chunks, task % chunks * CHUNK, n_in, &w, &c);
+        for (int j = 0; j < middle->n; j++)
+            lp_middle_row(middle, s, j);
+        if (!ready) {
 #pragma omp critical
-        {
-            if (!w.in) {
+            {
                 ok = false;
                 *e = mine;
             }
-            sums[0] += c.samples; // whole numbers: exact in any order
-            sums[1] += c.samples_skipped;
-            sums[2] += c.results;
-            sums[3] += c.results_skipped;
         }
-        free(w.line);
-        free(w.row);
-        free(w.twin);
-        free(w.in);
-        free(w.live);
+        samples += c.samples; // whole numbers: exact in any order
+        samples_skipped += c.samples_skipped;
+        results += c.results;
+        results_skipped += c.results_skipped;
+        task_finish(&w);
     }
-    counts->samples += sums[0];
-    counts->samples_skipped += sums[1];
-    counts->results += sums[2];
-    counts->results_skipped += sums[3];
+    *counts = (struct lp_counts){samples, samples_skipped, results, results_skipped};
     return ok;
 }
 
-static double largest_s(const struct lp_kernel *k)
+// Values along t become coefficients; along ln a they are already (lp_taps.h).
+static void fit_all(struct lp_ring *rings, int n, struct lp_middle *middle)
 {
-    double s = k->s[0];
-    for (int q = 1; q < k->n; q++)
-        s = fmax(s, k->s[q]);
-    return s;
+    enum { LINES = 48 };
+    int groups = 0;
+    for (int q = 0; q < n; q++)
+        groups += (sectors(&rings[q]) * rings[q].rows * 3 + LINES - 1) / LINES;
+#pragma omp parallel for schedule(dynamic)
+    for (int k = 0; k < groups + 1; k++) {
+        int group = k;
+        struct lp_ring *r = rings;
+        for (; r < rings + n; r++) {
+            const int lines = sectors(r) * r->rows * 3, own = (lines + LINES - 1) / LINES;
+            if (group < own) {
+                const int first = group * LINES, left = lines - first;
+                bspline_fit_rows(r->coef + (size_t)first * (size_t)r->rays, r->rays,
+                                 left < LINES ? left : LINES, BSPLINE_QUINTIC);
+                break;
+            }
+            group -= own;
+        }
+        if (r == rings + n) {
+            bspline_fit_rows(middle->coef, middle->n, 3 * middle->n, BSPLINE_QUINTIC);
+            bspline_fit_columns(middle->coef, 3 * middle->n, middle->n, BSPLINE_QUINTIC);
+        }
+    }
+    for (int q = 0; q < n; q++)
+        spread_live(&rings[q]);
 }
 
-bool lp_ring_init(struct lp_ring *r, const struct lp_source *s, const struct lp_kernel *k,
-                  double a_high, double spacing, double tolerance, bool symmetric,
-                  struct lp_counts *counts, struct err *e)
+bool lp_fill(struct lp_ring *rings, int n, struct lp_middle *middle, const struct lp_source *s,
+             struct lp_counts *counts, struct err *e)
 {
-    const double outermost = a_high * exp(largest_s(k)); // px in the picture
-    struct lp_taps taps;
-    if (!lp_taps_init(&taps, k, fmin(spacing / outermost, 0.1), tolerance, e))
+    if (!sample_all(rings, n, middle, s, counts, e))
         return false;
-    const double step = taps.step * taps.stride;
-    struct lp_ring got = {
-        .a_low = 0.5 * a_high,
-        .a_high = a_high,
-        .symmetric = symmetric,
-        .ln_first = log(0.5 * a_high) - 2 * step,
-        .step = step,
-        .rows = (int)(log(2) / step) + 7,
-        .half = (int)ceil(outermost / spacing),
-    };
+    fit_all(rings, n, middle);
+    return true;
+}
+
+bool lp_ring_init(struct lp_ring *r, const struct lp_kernel *k, double a_high, double spacing,
+                  double tolerance, bool symmetric, struct err *e)
+{
+    const double outermost = a_high * lp_kernel_growth(k); // px in the picture
+    struct lp_ring got = {.a_low = 0.5 * a_high, .a_high = a_high, .symmetric = symmetric};
+    if (!lp_taps_init(&got.taps, k, fmin(spacing / outermost, 0.1), tolerance, e))
+        return false;
+    got.step = got.taps.step * got.taps.stride;
+    got.ln_first = log(0.5 * a_high) - 2 * got.step;
+    got.rows = (int)(log(2) / got.step) + 7;
+    got.half = (int)ceil(outermost / spacing);
     got.middle = got.half + PAD;
     got.rays = (2 * got.middle + 1 + LP_BLOCK - 1) / LP_BLOCK * LP_BLOCK;
     const size_t lines = (size_t)(sectors(&got) * got.rows);
     got.coef = sample_alloc(lines * 3 * (size_t)got.rays, sizeof *got.coef, "rays", e);
     got.live = xcalloc(lines * (size_t)(got.rays / LP_BLOCK), 1);
-    const bool ok = got.coef && run_tasks(&got, s, &taps, counts, e);
-    lp_taps_finish(&taps);
-    if (!ok) {
+    if (!got.coef) {
         lp_ring_finish(&got);
         return false;
     }
-    bspline_fit_rows(got.coef, got.rays, (int)lines * 3, BSPLINE_QUINTIC);
-    spread_live(&got);
     *r = got;
     return true;
 }
 
 void lp_ring_finish(struct lp_ring *r)
 {
+    lp_taps_finish(&r->taps);
     free(r->coef);
     free(r->live);
     *r = (struct lp_ring){0};
-}
-
-bool lp_middle_init(struct lp_middle *m, const struct lp_source *s, const struct lp_kernel *k,
-                    double a_high, double spacing, bool symmetric, struct err *e)
-{
-    enum { RIM = 12 }; // 3 to read, 9 for the spline fit
-    const double per_px = 1 / spacing;
-    const int half = (int)ceil(a_high * per_px) + RIM, n = 2 * half + 1;
-    struct lp_taps t;
-    if (!lp_taps_init(&t, k, fmin(spacing / (a_high * exp(largest_s(k))), 0.25), 0, e))
-        return false;
-    struct lp_middle got = {a_high, per_px, n, half, NULL};
-    got.coef = sample_alloc((size_t)n * (size_t)n * 3, sizeof *got.coef, "table", e);
-    if (got.coef) {
-#pragma omp parallel for
-        for (int j = 0; j < n; j++)
-            for (int i = 0; i < n; i++) {
-                double sum[3] = {0};
-                for (int q = 0; q < t.n; q++) {
-                    const double grow = exp((t.first + q) * t.step) * spacing;
-                    const double x = (i - half) * grow, y = (j - half) * grow;
-                    double l = lp_source_at(s, x, y);
-                    if (symmetric)
-                        l = 0.5 * (l + lp_source_at(s, -x, -y));
-                    for (int c = 0; c < 3; c++)
-                        sum[c] += (double)t.tap[q][c] * l;
-                }
-                for (int c = 0; c < 3; c++)
-                    got.coef[((size_t)j * 3 + (size_t)c) * (size_t)n + (size_t)i] = (float)sum[c];
-            }
-        bspline_fit_rows(got.coef, n, 3 * n, BSPLINE_QUINTIC);
-        bspline_fit_columns(got.coef, 3 * n, n, BSPLINE_QUINTIC);
-    }
-    lp_taps_finish(&t);
-    *m = got;
-    return got.coef != NULL;
-}
-
-void lp_middle_finish(struct lp_middle *m)
-{
-    free(m->coef);
-    *m = (struct lp_middle){0};
 }

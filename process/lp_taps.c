@@ -128,6 +128,14 @@ static void trim(const struct run *h, int *low, int *high)
         *low = *high = 0;
 }
 
+double lp_kernel_growth(const struct lp_kernel *k)
+{
+    double s = k->s[0];
+    for (int q = 1; q < k->n; q++)
+        s = fmax(s, k->s[q]);
+    return exp(s);
+}
+
 bool lp_taps_init(struct lp_taps *t, const struct lp_kernel *k, double step, double tolerance,
                   struct err *e)
 {

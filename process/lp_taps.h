@@ -15,6 +15,8 @@ struct lp_taps {
     int pad;
 };
 
+double lp_kernel_growth(const struct lp_kernel *k); // the largest e^s
+
 // Taps for samples at `step`. The stride is the largest that keeps the results' interpolation
 // error, for features as fine as the samples resolve, below `tolerance`; 0 asks for plain values.
 bool lp_taps_init(struct lp_taps *t, const struct lp_kernel *k, double step, double tolerance,

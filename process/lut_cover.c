@@ -7,7 +7,8 @@
 
 // The frame is convex and holds the centre, so a node's band leaves it at its far end or not at
 // all.
-static void cover_frame(const struct lut_pattern *p, double grow, const double *x, struct table *t)
+// Returns the nodes that are covered.
+static long cover_frame(const struct lut_pattern *p, double grow, const double *x, struct table *t)
 {
     uint8_t *column = xcalloc((size_t)t->n, 1), *row = xcalloc((size_t)t->n, 1);
     for (int i = 0; i < t->n; i++) {
@@ -15,12 +16,16 @@ static void cover_frame(const struct lut_pattern *p, double grow, const double *
         column[i] = at_x >= -0.5 && at_x <= p->w - 0.5;
         row[i] = at_y >= -0.5 && at_y <= p->h - 0.5;
     }
-#pragma omp parallel for
+    long seen = 0;
+#pragma omp parallel for reduction(+ : seen)
     for (int j = 0; j < t->n; j++)
-        for (int i = 0; i < t->n; i++)
+        for (int i = 0; i < t->n; i++) {
             t->cover[(size_t)j * (size_t)t->n + (size_t)i] = row[j] & column[i];
+            seen += row[j] & column[i];
+        }
     free(column);
     free(row);
+    return seen;
 }
 
 // 1 where a pixel or a neighbour was not measured.
@@ -39,7 +44,7 @@ static float *unseen_picture(const struct lut_pattern *p, struct err *e)
 // How much of a node's band is not seen is itself a sum over scalings, of the mask. One pixel on
 // the ray at distance a is 1/a of it; half of that marks the node.
 static bool cover_holes(const struct lut_pattern *p, double low, double high, const double *x,
-                        struct table *t, struct err *e)
+                        struct table *t, long *seen, struct err *e)
 {
     enum { LINES = 4000 };
     const size_t n = (size_t)t->n;
@@ -60,12 +65,15 @@ static bool cover_holes(const struct lut_pattern *p, double low, double high, co
         ok = lp_correlate(&picture, &k, &nodes, 1, 1e-2, amount, &stats, e);
         lut_kernel_finish(&k);
     }
-#pragma omp parallel for
     for (int j = 0; j < t->n; j++)
         for (int i = 0; ok && i < t->n; i++) {
             const double far = fmax(fabs(x[i]), fabs(x[j])) * exp(high);
-            if (amount[((size_t)j * n + (size_t)i) * 3] > 0.5 * fmin(1 / far, high - low))
-                t->cover[(size_t)j * n + (size_t)i] = 0;
+            float *cover = &t->cover[(size_t)j * n + (size_t)i];
+            if (*cover > 0 &&
+                amount[((size_t)j * n + (size_t)i) * 3] > 0.5 * fmin(1 / far, high - low)) {
+                *cover = 0;
+                --*seen;
+            }
         }
     free(mask);
     free(amount);
@@ -84,13 +92,9 @@ bool lut_cover(const struct lut_pattern *p, const struct lp_kernel *k, struct ta
     if (!(t->cover = sample_alloc(count, sizeof *t->cover, "coverage", e)))
         return false;
     double *x = lut_node_px(t, p);
-    cover_frame(p, exp(high), x, t);
-    const bool ok = !p->seen || cover_holes(p, low, high, x, t, e);
+    long seen = cover_frame(p, exp(high), x, t);
+    const bool ok = !p->seen || cover_holes(p, low, high, x, t, &seen, e);
     free(x);
-    long seen = 0;
-#pragma omp parallel for reduction(+ : seen)
-    for (size_t i = 0; i < count; i++)
-        seen += t->cover[i] > 0;
     *uncovered = 1 - (double)seen / (double)count;
     return ok;
 }

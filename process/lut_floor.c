@@ -1,7 +1,8 @@
 // lut_floor.c - the table as T17's released program makes it: 81 wavelengths, whole pixels.
 //
-// Kept as the yardstick: trapezoidal rule over 5 nm steps (T17 4.3), the pattern read at the pixel
-// whose index is the floor of the position.
+// Kept as the yardstick, and as plain as that program's loop: a table per wavelength, one thread,
+// added up by the trapezoidal rule over 5 nm steps (T17 4.3), the pattern read at the pixel whose
+// index is the floor of the position.
 #define _GNU_SOURCE
 #include "core/mem.h"
 #include "process/lut_band.h"
@@ -23,21 +24,20 @@ bool lut_floor(const struct lut_request *r, const struct lp_kernel *k, struct ta
     double *u = xcalloc((size_t)t->n, sizeof *u);
     for (int i = 0; i < t->n; i++)
         u[i] = table_node(t, i);
-#pragma omp parallel for
-    for (int j = 0; j < t->n; j++) {
-        float *row = t->tab + (size_t)j * (size_t)t->n * 3;
-        for (int q = 0; q < WAVELENGTHS; q++) {
-            const double ratio = r->lambda_m / band.lambda_m[q], px_per_u = ratio / p->h_per_px;
-            const double factor = pow(ratio, r->exponent) / (4 * M_PI * M_PI * r->f0 * r->f0);
+    for (int q = 0; q < WAVELENGTHS; q++) {
+        const double ratio = r->lambda_m / band.lambda_m[q], px_per_u = ratio / p->h_per_px;
+        const double factor = pow(ratio, r->exponent) / (4 * M_PI * M_PI * r->f0 * r->f0);
+        for (int j = 0; j < t->n; j++) {
             const double y = floor(p->cy + u[j] * px_per_u);
             if (y < 0 || y >= p->h)
                 continue;
             const float *line = p->px + (size_t)y * (size_t)p->w;
+            float *row = t->tab + (size_t)j * (size_t)t->n * 3;
             for (int i = 0; i < t->n; i++) {
                 const double x = floor(p->cx + u[i] * px_per_u);
                 if (x < 0 || x >= p->w)
                     continue;
-                const double l = factor * line[(int)x];
+                const double l = factor * (double)line[(int)x];
                 for (int c = 0; c < 3; c++)
                     row[3 * i + c] += (float)(l * band.weight[q][c]);
             }

@@ -3,12 +3,14 @@
 #include <stddef.h>
 
 extern const struct bench bench_deconvolve;
+extern const struct bench bench_lut;
 extern const struct bench bench_tables;
 extern const struct bench bench_sim;
 
 extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
     &bench_sim,
+    &bench_lut,
     &bench_deconvolve,
     &bench_tables,
     &bench_environment,
