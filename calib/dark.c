@@ -2,6 +2,7 @@
 #include "calib/dark.h"
 #include "core/imgfile.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -52,12 +53,6 @@ void dark_add(struct dark_sums *s, const float *counts, double time_s)
     }
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // Median of some 100 000 of the samples.
 static double median_of(const float *v, size_t n)
 {
@@ -65,7 +60,7 @@ static double median_of(const float *v, size_t n)
     float *some = xcalloc(m, sizeof *some);
     for (size_t k = 0; k < m; k++)
         some[k] = v[k * step];
-    qsort(some, m, sizeof *some, ascending);
+    sort_floats(some, m);
     const double median = (double)some[m / 2];
     free(some);
     return median;

@@ -4,6 +4,7 @@
 #include "calib/normal.h"
 #include "calib/poly.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -15,12 +16,6 @@ struct coarse {
     float *v;
     double dark, bright; // 5th and 95th percentiles
 };
-
-static int ascending(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
 
 static void coarse_make(struct coarse *c, const float *px, int w, int h)
 {
@@ -36,7 +31,7 @@ static void coarse_make(struct coarse *c, const float *px, int w, int h)
     float *sorted = xcalloc(n, sizeof *sorted);
     for (size_t k = 0; k < n; k++)
         sorted[k] = c->v[k];
-    qsort(sorted, n, sizeof *sorted, ascending);
+    sort_floats(sorted, n);
     c->dark = (double)sorted[n / 20];
     c->bright = (double)sorted[n - 1 - n / 20];
     if (c->bright - c->dark < 0.2 * ((double)sorted[n - 1] - c->dark)) // a small disc

@@ -2,6 +2,7 @@
 #include "process/exposure.h"
 #include "calib/bracket.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -164,12 +165,6 @@ void exposure_drift(const struct hdr_frames *f, double *log_scale, int *unlinked
     free(row);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 void exposure_drift_codes(const struct bracket *b, const struct response *r, double *log_scale,
                           int *unlinked)
 {
@@ -195,7 +190,7 @@ void exposure_drift_codes(const struct bracket *b, const struct response *r, dou
             }
         if (n < SHARED_MIN)
             continue;
-        qsort(d, (size_t)n, sizeof *d, ascending);
+        sort_doubles(d, (size_t)n);
         ratio[k] = d[n / 2] - log(b->time_s[at[k]] / b->time_s[at[k - 1]]);
         --*unlinked;
     }

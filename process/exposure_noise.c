@@ -5,6 +5,7 @@
 // weighted line through them the two numbers: edges that moved are outliers, not noise.
 #include "calib/bracket.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "process/exposure.h"
 #include <math.h>
 #include <stdlib.h>
@@ -16,12 +17,6 @@ struct bin {
     float d[PER_BIN]; // |difference|
     double level;     // sum
 };
-
-static int ascending(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
 
 // One bin of one pair: p gain + q read should be y, known to about y / sqrt(n).
 struct point {
@@ -49,7 +44,7 @@ static void add_pair(const struct hdr_frames *f, int a, int b, double top, struc
     for (int k = 0; k < BINS; k++) {
         if (bin[k].n < PER_BIN_MIN)
             continue;
-        qsort(bin[k].d, (size_t)bin[k].n, sizeof(float), ascending);
+        sort_floats(bin[k].d, (size_t)bin[k].n);
         const double sigma = (double)bin[k].d[bin[k].n / 2] / 0.67449, y = sigma * sigma;
         point[(*points)++] =
             (struct point){bin[k].level / bin[k].n * (1 + rho), 1 + rho * rho, y, bin[k].n};

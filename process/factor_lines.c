@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "process/factor_lines.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "process/cv_warp.h"
 #include "process/table_cubic.h"
 #include <math.h>
@@ -171,12 +172,6 @@ bool aligned_back(const struct aligned *al, const struct table *t, struct table 
     return ok;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // Whether node j of one axis is near the line of the other axis.
 static bool on_line(const struct aligned *al, int j)
 {
@@ -191,7 +186,7 @@ enum factor_kind aligned_kind(const struct aligned *al)
     float *sum = xcalloc(nodes, sizeof *sum), *sorted = xcalloc(nodes, sizeof *sorted);
     for (size_t k = 0; k < nodes; k++)
         sorted[k] = sum[k] = t->tab[3 * k] + t->tab[3 * k + 1] + t->tab[3 * k + 2];
-    qsort(sorted, nodes, sizeof *sorted, by_value);
+    sort_floats(sorted, nodes);
     const double floor_ = (double)sorted[nodes / 2];
     double off = 0, on[2] = {0};
     for (int j = 0; j < t->n; j++)

@@ -1,6 +1,7 @@
 // hdr_out.c - the result of a merge and what can be said of it.
 #include "process/hdr_out.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -42,12 +43,6 @@ bool hdr_out_take(struct hdr_out *o, struct image *out, struct hdr_counts *count
     return true;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 double hdr_range_stops(const struct image *im)
 {
     const size_t n = (size_t)im->w * (size_t)im->h, nc = (size_t)im->nc / 2, step = 2 * nc + 1;
@@ -57,7 +52,7 @@ double hdr_range_stops(const struct image *im)
         for (size_t c = 0; im->px[k * step + step - 1] > 0 && c < nc; c++)
             if (im->px[k * step + c] > sqrtf(im->px[k * step + nc + c]))
                 v[m++] = im->px[k * step + c];
-    qsort(v, m, sizeof *v, ascending);
+    sort_floats(v, m);
     const double stops = m ? log2((double)v[(size_t)(0.999 * (double)(m - 1))] /
                                   (double)v[(size_t)(0.001 * (double)(m - 1))])
                            : NAN;

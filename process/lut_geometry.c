@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "process/lut_geometry.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "process/lp_source.h"
 #include <math.h>
 #include <stdlib.h>
@@ -38,12 +39,6 @@ static bool open_record(struct record *g, const struct image *im, const struct i
     return true;
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 // The step of h that nine tenths of the pixels exceed, along rows and columns; 0: nothing seen.
 static double pixel_step(const struct record *g)
 {
@@ -58,7 +53,7 @@ static double pixel_step(const struct record *g)
                 step[n++] = hypot(at(g, g->u, i + d, j + !d) - at(g, g->u, i, j),
                                   at(g, g->v, i + d, j + !d) - at(g, g->v, i, j));
     }
-    qsort(step, n, sizeof *step, by_size);
+    sort_doubles(step, n);
     return n ? step[n / 10] : 0;
 }
 

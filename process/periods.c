@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "process/periods.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "process/fft.h"
 #include <complex.h>
 #include <math.h>
@@ -89,12 +90,6 @@ static double climb(const struct field *f, double *p, double *q)
     return best;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 struct spectrum2 {
     int nx, ny, half; // half = nx/2 + 1 columns
     float *power;     // [ny][half]
@@ -114,7 +109,7 @@ static bool spectrum2_init(struct spectrum2 *s, const struct field *f, struct er
         fft_run(plan, f->z, c);
         for (size_t k = 0; k < n; k++)
             sorted[k] = s->power[k] = c[2 * k] * c[2 * k] + c[2 * k + 1] * c[2 * k + 1];
-        qsort(sorted, n, sizeof *sorted, by_value);
+        sort_floats(sorted, n);
         s->median = sorted[n / 2];
     } else {
         free(s->power);

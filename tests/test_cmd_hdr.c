@@ -2,17 +2,12 @@
 #include "tests/test.h"
 
 #include "core/imgfile.h"
+#include "core/sort.h"
 #include "tests/run.h"
-
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
 
 static double median(double *v, size_t n)
 {
-    qsort(v, n, sizeof *v, ascending);
+    sort_doubles(v, n);
     return v[n / 2];
 }
 

@@ -1,22 +1,9 @@
 // test_deconvolve.c - blurs and their adjoints, and Richardson-Lucy against a plain loop in double.
 #include "process/deconvolve.h"
+#include "tests/noise.h"
 #include "tests/test.h"
 
 enum { W = 96, H = 80, N = W * H };
-
-static double uniform(uint64_t *seed) // splitmix64
-{
-    uint64_t z = (*seed += 0x9e3779b97f4a7c15u);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-}
-
-static double gauss(uint64_t *seed)
-{
-    const double a = uniform(seed), b = uniform(seed);
-    return sqrt(-2 * log(a + 1e-300)) * cos(2 * M_PI * b);
-}
 
 static int mirror(int i, int n)
 {
@@ -91,12 +78,12 @@ TEST(a_measured_psf_blurs_as_the_plain_sum_and_has_its_adjoint)
     uint64_t seed = 7;
     double sum = 0;
     for (int k = 0; k < P * P; k++) // lopsided: more weight to one side
-        sum += dpsf[k] = uniform(&seed) * (k % P);
+        sum += dpsf[k] = noise_uniform(&seed) * (k % P);
     for (int k = 0; k < P * P; k++)
         psf[k] = (float)(dpsf[k] /= sum);
     for (int k = 0; k < N; k++) {
-        din[k] = (double)(in[k] = (float)uniform(&seed));
-        other[k] = (float)uniform(&seed);
+        din[k] = (double)(in[k] = (float)noise_uniform(&seed));
+        other[k] = (float)noise_uniform(&seed);
     }
     struct err e = {0};
     struct blur *b = blur_psf(W, H, psf, P, P, &e);
@@ -182,7 +169,7 @@ TEST(the_automatic_stop_is_near_the_best_of_the_path)
         blur_apply(b, scene, data);
         uint64_t seed = 11 + c;
         for (int k = 0; k < N; k++) // shot noise: variance gain * signal
-            data[k] += (float)(sqrt(cases[c].gain * (double)data[k]) * gauss(&seed));
+            data[k] += (float)(sqrt(cases[c].gain * (double)data[k]) * noise_gauss(&seed));
         struct deconvolve_result res;
         double best = INFINITY;
         for (int n = 1; n <= 300; n += 1 + n / 4) {
@@ -232,7 +219,7 @@ TEST(total_variation_flattens_noise_and_keeps_flux)
     blur_apply(b, scene, data);
     uint64_t seed = 3;
     for (int k = 0; k < N; k++)
-        data[k] += (float)(3 * sqrt((double)data[k]) * gauss(&seed));
+        data[k] += (float)(3 * sqrt((double)data[k]) * noise_gauss(&seed));
     struct deconvolve_result res;
     assert_true(
         deconvolve(b, W, H, data, &(struct deconvolve_options){.iterations = 60}, plain, &res, &e));

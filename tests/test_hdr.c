@@ -4,22 +4,9 @@
 #include "core/mem.h"
 #include "process/exposure.h"
 #include "process/hdr.h"
+#include "tests/noise.h"
 
 enum { W = 64, H = 64, PIXELS = W * H };
-
-// A fixed random number in 0..1 (splitmix64), and a Gaussian one by Box and Muller.
-static double uniform(uint64_t *seed)
-{
-    uint64_t z = *seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return ((double)((z ^ z >> 31) >> 11) + 0.5) / 9007199254740992.0;
-}
-static double gauss(uint64_t *seed)
-{
-    const double r = sqrt(-2 * log(uniform(seed)));
-    return r * cos(2 * M_PI * uniform(seed));
-}
 
 // Counts of a sensor: gain 0.5 counts per electron, read noise 3 counts, full scale 4000.
 static const double gain = 0.5, read_noise = 3, full = 4000;
@@ -28,7 +15,7 @@ static void shoot(float *px, double radiance, double time_s, uint64_t *seed)
 {
     const double x = radiance * time_s;
     for (int k = 0; k < PIXELS; k++) {
-        const double noisy = x + sqrt(gain * x + read_noise * read_noise) * gauss(seed);
+        const double noisy = x + sqrt(gain * x + read_noise * read_noise) * noise_gauss(seed);
         px[k] = (float)(noisy < full ? noisy : full);
     }
 }
@@ -163,7 +150,7 @@ static struct case_frames *ramp(double drift, uint64_t seed)
     for (int j = 0; j < N; j++)
         for (int k = 0; k < PIXELS; k++) {
             const double x = exp2(8 + 12.0 * k / PIXELS) * times[j] * pow(1 + drift, j);
-            const double noisy = x + sqrt(gain * x + read_noise * read_noise) * gauss(&seed);
+            const double noisy = x + sqrt(gain * x + read_noise * read_noise) * noise_gauss(&seed);
             c->px[j][k] = (float)(noisy < full ? noisy : full);
         }
     return c;

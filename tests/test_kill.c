@@ -5,6 +5,7 @@
 #include "acquire/clock.h"
 #include "core/outfile.h"
 #include "core/session.h"
+#include "core/sort.h"
 #include "sim/world.h"
 #include "tests/run.h"
 #include <signal.h>
@@ -202,15 +203,9 @@ static int wait_for(pid_t pid)
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 static void report(const char *what, int n)
 {
-    qsort(off_after_s, (size_t)n_lit, sizeof *off_after_s, ascending);
+    sort_doubles(off_after_s, (size_t)n_lit);
     print_message("%s: %d kills, %d with the light on; off after at most %.1f ms, p99 %.1f ms\n",
                   what, n, n_lit, n_lit ? 1e3 * off_after_s[n_lit - 1] : 0,
                   n_lit ? 1e3 * off_after_s[(n_lit - 1) * 99 / 100] : 0);

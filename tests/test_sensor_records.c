@@ -6,21 +6,9 @@
 #include "calib/linearity.h"
 #include "calib/noise.h"
 #include "core/mem.h"
+#include "tests/noise.h"
 
 enum { W = 320, H = 240, PIXELS = W * H };
-
-static double uniform(uint64_t *seed)
-{
-    uint64_t z = *seed += 0x9e3779b97f4a7c15u;
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
-    return ((double)((z ^ z >> 31) >> 11) + 0.5) / 9007199254740992.0;
-}
-static double gauss(uint64_t *seed)
-{
-    const double r = sqrt(-2 * log(uniform(seed)));
-    return r * cos(2 * M_PI * uniform(seed));
-}
 
 // A sensor: 0.4 counts per electron, 2 counts of read noise, PRNU 0.7 %, black 256, 12 bits.
 static const double gain = 0.4, read_noise = 2, prnu = 0.007, black = 256, white = 4095;
@@ -35,8 +23,8 @@ static struct sensor *sensor_new(void)
     struct sensor *s = xcalloc(1, sizeof *s);
     s->seed = 42;
     for (int k = 0; k < PIXELS; k++) {
-        s->sensitivity[k] = (float)(1 + prnu * gauss(&s->seed));
-        s->offset[k] = (float)(0.5 * gauss(&s->seed));
+        s->sensitivity[k] = (float)(1 + prnu * noise_gauss(&s->seed));
+        s->offset[k] = (float)(0.5 * noise_gauss(&s->seed));
         s->rate[k] = k % 1000 == 7 ? 500 : 0.5f;
     }
     return s;
@@ -49,7 +37,7 @@ static void expose(struct sensor *s, double level, double slope, double time_s, 
         const double light = level * (1 + slope * ((double)(k % W) / W - 0.5));
         const double mean = light * (double)s->sensitivity[k] + (double)s->rate[k] * time_s;
         const double x = black + (double)s->offset[k] + mean +
-                         sqrt(gain * mean + read_noise * read_noise) * gauss(&s->seed);
+                         sqrt(gain * mean + read_noise * read_noise) * noise_gauss(&s->seed);
         out[k] = (float)fmin(white, fmax(0, floor(x + 0.5)));
     }
 }

@@ -3,6 +3,7 @@
 #include "core/colormap.h"
 #include "core/imgfile.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "core/spectrum.h"
 #include "ui/commands.h"
 #include <math.h>
@@ -24,12 +25,6 @@ static const struct opt opts[] = {
     {0},
 };
 
-static int by_value(const void *a, const void *b)
-{
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
-}
-
 // The value below which a share of the positive samples of all channels lies; 0 when there is none.
 static double percentile(const struct image *im, double share)
 {
@@ -39,7 +34,7 @@ static double percentile(const struct image *im, double share)
     for (size_t k = 0; k < n; k++)
         if (im->px[k] > 0 && isfinite(im->px[k]))
             lit[count++] = im->px[k];
-    qsort(lit, count, sizeof *lit, by_value);
+    sort_floats(lit, count);
     const double value = count ? (double)lit[(size_t)(share * (double)(count - 1))] : 0;
     free(lit);
     return value;

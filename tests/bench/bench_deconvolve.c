@@ -5,6 +5,7 @@
 #include "process/deconvolve.h"
 #include "tests/bench/bench.h"
 #include "tests/bench/cv_peer.h"
+#include "tests/noise.h"
 #include <math.h>
 #include <omp.h>
 #include <stdint.h>
@@ -27,18 +28,6 @@ static double scene(int i, int j)
 {
     return 30 + (i / 7 % 2 ? 120 : 0) + (hypot(i % 97 - 48, j % 89 - 44) < 15 ? 300 : 0) +
            (i % 41 == 7 && j % 37 == 5 ? 2000 : 0) + 20 * sin(0.02 * i + 0.013 * j);
-}
-
-static double noise(uint64_t *seed) // standard normal, splitmix64 and Box-Muller
-{
-    double u[2];
-    for (int k = 0; k < 2; k++) {
-        uint64_t z = (*seed += 0x9e3779b97f4a7c15u);
-        z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
-        z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
-        u[k] = (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
-    }
-    return sqrt(-2 * log(u[0] + 1e-300)) * cos(2 * M_PI * u[1]);
 }
 
 static bool job_init(struct job *b, int side, double sigma_px, struct err *e)
@@ -66,7 +55,7 @@ static bool job_init(struct job *b, int side, double sigma_px, struct err *e)
                 const size_t to = (size_t)j * (size_t)side + (size_t)i;
                 const double clean = (double)soft[from];
                 b->truth[to] = big[from];
-                b->data[to] = (float)fmax(0, clean + sqrt(clean) * noise(&seed));
+                b->data[to] = (float)fmax(0, clean + sqrt(clean) * noise_gauss(&seed));
             }
     }
     blur_free(wider);

@@ -4,6 +4,7 @@
 #include "core/log.h"
 #include "core/mem.h"
 #include "core/outfile.h"
+#include "core/sort.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -72,12 +73,6 @@ static double cpu_now_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 // Starts a new high-water mark where the kernel allows it; else the peak is that of the process.
 static void reset_peak(void)
 {
@@ -120,8 +115,8 @@ bool bench_measure(bool (*fn)(void *ctx, struct err *e), void *ctx, struct bench
         wall[k] = now_s() - start;
         cpu[k] = cpu_now_s() - cpu_start;
     }
-    qsort(wall, (size_t)runs, sizeof *wall, by_value);
-    qsort(cpu, (size_t)runs, sizeof *cpu, by_value);
+    sort_doubles(wall, (size_t)runs);
+    sort_doubles(cpu, (size_t)runs);
     *t = (struct bench_time){wall[runs / 2], cpu[runs / 2], peak_mb(), runs};
     return true;
 }
