@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "process/bokeh.h"
 #include "ui/child.h"
+#include "ui/words.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,11 +20,8 @@ static bool is_folder(const char *path)
 
 static bool merge(struct image *im, const char *session, const char *scratch, struct err *e)
 {
-    if (strpbrk(session, " \t") || strpbrk(scratch, " \t"))
-        return err_set(e, ERR_DATA, "%s: paths with blanks: merge it with nacre hdr first",
-                       session);
     char *merged = xasprintf("%s.bokeh.exr", scratch);
-    char *words = xasprintf("hdr %s -o %s", session, merged);
+    char *words = words_expand("hdr @ -o %", session, merged);
     struct child c = {0};
     bool ok = child_run(words, &c, e);
     if (ok && c.status)

@@ -7,9 +7,9 @@
 #include <errno.h>
 #include <spawn.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <wordexp.h>
 
 extern char **environ;
 
@@ -30,11 +30,11 @@ static char *read_all(int fd)
 
 bool child_run(const char *words, struct child *c, struct err *e)
 {
-    enum { MOST = 64 };
-    char *self = self_path(), *copy = xstrdup(words), *save = NULL, *argv[MOST] = {self};
-    int n = 1;
-    for (char *w = strtok_r(copy, " ", &save); w && n < MOST - 1; w = strtok_r(NULL, " ", &save))
-        argv[n++] = w;
+    wordexp_t args = {.we_offs = 1}; // one place in front, for the program
+    if (wordexp(words, &args, WRDE_DOOFFS | WRDE_NOCMD))
+        return err_set(e, ERR_USAGE, "nacre %s: cannot be split into words", words);
+    char *self = self_path(), **argv = args.we_wordv;
+    argv[0] = self;
     int pipe_fd[2];
     bool ok = !pipe(pipe_fd) || err_errno(e, "pipe");
     if (ok) {
@@ -66,8 +66,25 @@ bool child_run(const char *words, struct child *c, struct err *e)
         }
         close(pipe_fd[0]);
     }
-    free(copy);
+    argv[0] = NULL;
+    wordfree(&args);
     free(self);
+    return ok;
+}
+
+bool child_do(const char *words, struct child *c, struct err *e)
+{
+    char *quiet = xasprintf("%s --json --quiet", words);
+    struct child got = {0};
+    bool ok = child_run(quiet, &got, e);
+    if (ok && got.status)
+        ok = err_set(e, (enum err_code)got.status, "nacre %s failed with exit code %d", words,
+                     got.status);
+    if (ok)
+        *c = got;
+    else
+        child_finish(&got);
+    free(quiet);
     return ok;
 }
 

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "ui/cli_help.h"
 #include "ui/doc.h"
+#include "ui/words.h"
 #include <limits.h>
 #include <math.h>
 #include <omp.h>
@@ -155,8 +156,8 @@ static char *join(int argc, char **argv)
 {
     char *line = xstrdup("nacre");
     for (int k = 1; k < argc; k++) {
-        const bool quote = strpbrk(argv[k], " \t'\"$&|;()<>*?") || !*argv[k];
-        char *longer = xasprintf(quote ? "%s '%s'" : "%s %s", line, argv[k]);
+        char *word = words_quote(argv[k]), *longer = xasprintf("%s %s", line, word);
+        free(word);
         free(line);
         line = longer;
     }

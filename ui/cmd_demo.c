@@ -12,7 +12,9 @@
 #include "ui/contact_sheet.h"
 #include "ui/doc.h"
 #include "ui/html.h"
+#include "ui/words.h"
 #include <errno.h>
+#include <ftw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,36 +98,18 @@ struct run {
     double wall_s;
 };
 
-static char *expand(const char *words, const char *out, const char *rigs)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
-    for (; *words; words++)
-        if (*words == '@' || *words == '%')
-            fputs(*words == '@' ? out : rigs, f);
-        else
-            fputc(*words, f);
-    fclose(f);
-    return text;
-}
-
 static bool run_step(const struct step *s, const char *out, const char *rigs, struct run *r,
                      struct err *e)
 {
-    char *words = expand(s->words, out, rigs), *quiet = xasprintf("%s --json --quiet", words);
+    char *words = words_expand(s->words, out, rigs);
     struct child c = {0};
-    bool ok = child_run(quiet, &c, e);
-    if (ok && c.status)
-        ok = err_set(e, (enum err_code)c.status, "nacre %s failed with exit code %d", words,
-                     c.status);
+    const bool ok = child_do(words, &c, e);
     if (ok) {
         r->wall_s = c.wall_s;
         r->doc = doc_parse(c.out);
         log_note("%-10s %6.2f s   nacre %s", s->title, r->wall_s, words);
     }
     child_finish(&c);
-    free(quiet);
     free(words);
     return ok;
 }
@@ -167,16 +151,15 @@ static void write_times(struct html *h, const struct run *run, double total_s)
     fputs("</table>\n", h->f);
 }
 
-static void section(struct html *h, int k, const char *out, const char *rigs)
+static void section(struct html *h, int k, const char *out)
 {
-    (void)rigs;
-    char *words = expand(plan[k].words, out, "rigs");
+    char *words = words_expand(plan[k].words, out, "rigs");
     html_section(h, plan[k].title, plan[k].text);
     html_command(h, words);
     free(words);
 }
 
-static bool write_report(const char *out, const char *rigs, const struct run *run, struct err *e)
+static bool write_report(const char *out, const struct run *run, struct err *e)
 {
     double total_s = 0;
     for (int k = 0; k < N_STEPS; k++)
@@ -188,22 +171,22 @@ static bool write_report(const char *out, const char *rigs, const struct run *ru
               "merged, turned into a diffraction table, judged against the truth, and drawn.");
     write_cards(&h, run, total_s);
     html_picture(&h, "render.png", "The rendered sample.");
-    section(&h, CAPTURE, out, rigs);
+    section(&h, CAPTURE, out);
     html_picture(&h, "bracket.png", "The bracket, shortest exposure first. Red: saturated.");
-    section(&h, VERIFY, out, rigs);
-    section(&h, MERGE, out, rigs);
+    section(&h, VERIFY, out);
+    section(&h, MERGE, out);
     html_picture(&h, "radiance.png",
                  "Merged radiance in false colour, logarithmic over five decades.");
-    section(&h, TABLE, out, rigs);
-    section(&h, TRUTH, out, rigs);
+    section(&h, TABLE, out);
+    section(&h, TRUTH, out);
     fputs("<div class=row>", h.f);
     html_picture(&h, "table.png", "Measured table.");
     html_picture(&h, "truth.png", "True table.");
     fputs("</div>", h.f);
-    section(&h, JUDGE, out, rigs);
+    section(&h, JUDGE, out);
     html_picture(&h, "error.png",
                  "Error of the table, logarithmic: bright is the worst, black 1e-4 of it.");
-    section(&h, RENDER, out, rigs);
+    section(&h, RENDER, out);
     write_times(&h, run, total_s);
     char *path = xasprintf("%s/report.html", out);
     const bool ok = html_close(&h, path, e);
@@ -213,17 +196,23 @@ static bool write_report(const char *out, const char *rigs, const struct run *ru
     return ok;
 }
 
+static int remove_one(const char *path, const struct stat *st, int kind, struct FTW *ftw)
+{
+    (void)st;
+    (void)kind;
+    (void)ftw;
+    return remove(path);
+}
+
 static bool prepare(const char *out, struct err *e)
 {
     if (mkdir(out, 0777) && errno != EEXIST)
         return err_errno(e, "%s", out);
     // Only what a demo makes: a session lies in a folder of its own, which capture would refuse.
-    char *ledger = xasprintf("%s/session/ledger.db", out), *words = NULL;
-    if (!access(ledger, F_OK))
-        words = xasprintf("rm -r '%s/session'", out);
-    const bool ok =
-        !words || !system(words) || err_set(e, ERR_FILE, "%s/session: cannot be removed", out);
-    free(words);
+    char *session = xasprintf("%s/session", out), *ledger = xasprintf("%s/ledger.db", session);
+    const bool ok = access(ledger, F_OK) || !nftw(session, remove_one, 16, FTW_DEPTH | FTW_PHYS) ||
+                    err_errno(e, "%s: cannot be removed", session);
+    free(session);
     free(ledger);
     return ok;
 }
@@ -237,7 +226,7 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     bool ok = rigs && prepare(args->out, e);
     for (int k = 0; ok && k < N_STEPS; k++)
         ok = run_step(&plan[k], args->out, rigs, &done[k], e);
-    ok = ok && write_contact_sheet(args->out, e) && write_report(args->out, rigs, done, e);
+    ok = ok && write_contact_sheet(args->out, e) && write_report(args->out, done, e);
     if (ok) {
         char *path = xasprintf("%s/report.html", args->out);
         doc_text(cli->doc, "report", path);

@@ -9,6 +9,7 @@
 #include "ui/coil.h"
 #include "ui/commands.h"
 #include "ui/html.h"
+#include "ui/words.h"
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -145,47 +146,41 @@ struct gallery {
     char *tables, *rigs;
 };
 
-static char *expand(const struct gallery *g, const char *words)
-{
-    char *text = NULL;
-    size_t size = 0;
-    FILE *f = open_memstream(&text, &size);
-    for (; *words; words++)
-        if (*words == '@' || *words == '%')
-            fputs(*words == '@' ? g->tables : g->rigs, f);
-        else
-            fputc(*words, f);
-    fclose(f);
-    return text;
-}
-
 static bool run_words(const char *words, struct err *e)
 {
-    char *quiet = xasprintf("%s --quiet", words);
     struct child c = {0};
-    bool ok = child_run(quiet, &c, e);
-    if (ok && c.status)
-        ok = err_set(e, (enum err_code)c.status, "nacre %s failed with exit code %d", words,
-                     c.status);
+    const bool ok = child_do(words, &c, e);
     if (ok)
         log_note("%6.2f s   nacre %s", c.wall_s, words);
     child_finish(&c);
-    free(quiet);
     return ok;
+}
+
+static char *table_file(const struct gallery *g, size_t k)
+{
+    return xasprintf("%s/%s", g->tables, tables[k].file);
+}
+
+static char *table_words(const struct gallery *g, size_t k)
+{
+    char *begin = words_expand(tables[k].words, g->tables, g->rigs);
+    char *file = table_file(g, k), *quoted = words_quote(file);
+    char *words = xasprintf("%s %s", begin, quoted);
+    free(quoted);
+    free(file);
+    free(begin);
+    return words;
 }
 
 static bool make_tables(const struct gallery *g, struct err *e)
 {
     bool ok = true;
     for (size_t k = 0; ok && k < sizeof tables / sizeof *tables; k++) {
-        char *begin = expand(g, tables[k].words);
-        char *file = xasprintf("%s/%s", g->tables, tables[k].file);
-        char *words = xasprintf("%s %s", begin, file);
+        char *file = table_file(g, k), *words = table_words(g, k);
         if (g->args->fresh || access(file, F_OK))
             ok = run_words(words, e);
         free(words);
         free(file);
-        free(begin);
     }
     char *coil = xasprintf("%s/snake.obj", g->tables);
     ok = ok && coil_write(coil, e);
@@ -196,13 +191,21 @@ static bool make_tables(const struct gallery *g, struct err *e)
 static char *picture_words(const struct gallery *g, const char *scene, const char *more,
                            const char *file)
 {
-    char *rest = expand(g, more);
-    const char *map = g->args->environment;
+    char *line =
+        xasprintf("render %%/scenes/%s.yaml --tables @%s%s", scene, *more ? " " : "", more);
+    char *begin = words_expand(line, g->tables, g->rigs);
+    char *map = words_quote(g->args->environment ? g->args->environment : "");
+    char *size = words_quote(g->args->size);
+    char *path = xasprintf("%s/%s.png", g->args->out, file), *png = words_quote(path);
     char *words =
-        xasprintf("render %s/scenes/%s.yaml --tables %s%s%s%s%s --size %s -o %s/%s.png", g->rigs,
-                  scene, g->tables, *rest ? " " : "", rest, map ? " --environment " : "",
-                  map ? map : "", g->args->size, g->args->out, file);
-    free(rest);
+        xasprintf("%s%s%s --size %s -o %s", begin, g->args->environment ? " --environment " : "",
+                  g->args->environment ? map : "", size, png);
+    free(line);
+    free(begin);
+    free(map);
+    free(size);
+    free(path);
+    free(png);
     return words;
 }
 
@@ -245,10 +248,8 @@ static bool write_page(const struct gallery *g, struct cli *cli, struct err *e)
         ok = make_figure(g, &figures[k], &h, e);
     html_section(&h, "Tables", "In the order in which they were made.");
     for (size_t k = 0; k < sizeof tables / sizeof *tables; k++) {
-        char *words = expand(g, tables[k].words),
-             *all = xasprintf("%s %s/%s", words, g->tables, tables[k].file);
-        html_command(&h, all);
-        free(all);
+        char *words = table_words(g, k);
+        html_command(&h, words);
         free(words);
     }
     char *path = xasprintf("%s/index.html", g->args->out);
