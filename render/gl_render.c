@@ -199,20 +199,27 @@ static long pixels_of(const struct tile *t, int n)
     return lround(sum);
 }
 
-struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s)
+struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s,
+                                const struct gl_target *t)
 {
     struct gl_work work = {0};
+    const long all = (long)t->w * t->h;
     for (int k = 0; k < r->n; k++) {
-        const struct tiles *t = &r->object[k].tiles;
+        const struct tiles *tiles = &r->object[k].tiles;
         const struct material *m = &s->object[k].material;
-        work.shaded += pixels_of(t->plain, t->n_plain);
-        work.diffracting += pixels_of(t->diffracting, t->n_diffracting);
+        const bool mesh = s->object[k].shape.kind == SHAPE_MESH;
+        const bool diffracts = m->diffraction != DIFFRACTION_NONE;
+        const long full =
+            mesh ? all * diffracts : pixels_of(tiles->diffracting, tiles->n_diffracting);
+        work.shaded += mesh ? all : full + pixels_of(tiles->plain, tiles->n_plain);
+        work.looked_up += full;
+        work.shaded_most += all;
+        work.looked_up_most += all * diffracts;
         if (m->diffraction == DIFFRACTION_TABLE) {
             work.tables += m->table.count;
             work.tables_used += material_tables(m);
         }
     }
-    work.shaded += work.diffracting;
     return work;
 }
 
@@ -226,7 +233,7 @@ bool gl_render(const struct scene *s, struct image *out, struct gl_work *work, s
     const bool ok = gl_target_init(&t, s->w, s->h, e) && gl_renderer_open(&r, s, e) &&
                     gl_renderer_draw(r, s, &t, e) && gl_target_read(&t, out, e);
     if (ok && work)
-        *work = gl_renderer_work(r, s);
+        *work = gl_renderer_work(r, s, &t);
     gl_renderer_close(r);
     gl_target_finish(&t);
     gl_context_close(c);

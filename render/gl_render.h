@@ -18,13 +18,14 @@ bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct e
 bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct gl_target *t,
                       struct err *e);
 
-// What the last picture cost: pixels that were shaded at all, those of them where diffraction was
-// looked up, and tables (tiles.h; meshes are not counted).
+// What the last picture cost, in pixels: shaded at all, diffraction looked up, and what both would
+// be if every object were drawn all over the picture (tiles.h; a mesh counts as that). And tables.
 struct gl_work {
-    long shaded, diffracting;
+    long shaded, shaded_most, looked_up, looked_up_most;
     int tables, tables_used;
 };
-struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s);
+struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s,
+                                const struct gl_target *t);
 
 // All at once, without a display: context, scene, picture. `work` may be NULL.
 bool gl_render(const struct scene *s, struct image *out, struct gl_work *work, struct err *e);

@@ -77,10 +77,12 @@ static bool parse_options(const struct args *a, struct scene_options *o, struct 
            err_in(e, "--exposure");
 }
 
-static void tell_work(const struct gl_work *w, const struct scene *s, struct cli *cli)
+static void tell_work(const struct gl_work *w, struct cli *cli)
 {
-    doc_num(cli->doc, "skipped.not_shaded", 1 - (double)w->shaded / s->w / s->h);
-    doc_num(cli->doc, "skipped.no_diffraction", 1 - (double)w->diffracting / s->w / s->h);
+    doc_num(cli->doc, "skipped.shading", 1 - (double)w->shaded / (double)w->shaded_most);
+    if (w->looked_up_most)
+        doc_num(cli->doc, "skipped.diffraction",
+                1 - (double)w->looked_up / (double)w->looked_up_most);
     if (w->tables) {
         doc_int(cli->doc, "tables", w->tables);
         doc_int(cli->doc, "tables_used", w->tables_used);
@@ -143,7 +145,7 @@ static bool draw(const struct args *a, struct scene *s, struct image *im, struct
     doc_text(cli->doc, "backend", a->reference ? "cpu, full integration" : cpu ? "cpu" : "gl");
     doc_num(cli->doc, "seconds", now_s() - start_s);
     if (!cpu)
-        tell_work(&work, s, cli);
+        tell_work(&work, cli);
     return true;
 }
 

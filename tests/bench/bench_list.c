@@ -6,6 +6,7 @@ extern const struct bench bench_deconvolve;
 extern const struct bench bench_lut;
 extern const struct bench bench_tables;
 extern const struct bench bench_sim;
+extern const struct bench bench_render;
 
 extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
@@ -14,5 +15,6 @@ const struct bench *const bench_list[] = {
     &bench_deconvolve,
     &bench_tables,
     &bench_environment,
+    &bench_render,
     NULL,
 };

@@ -1,0 +1,304 @@
+// bench_render.c - frames of the shipped scenes, R17's passes beside the default path, tables
+// against error.
+#define _GNU_SOURCE
+#include "core/datapath.h"
+#include "core/mem.h"
+#include "process/env_direct.h"
+#include "process/factor.h"
+#include "render/cpu.h"
+#include "render/env_gl.h"
+#include "render/gl_render.h"
+#include "tests/bench/bench.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct stage {
+    struct scene scene;
+    struct gl_renderer *renderer;
+    struct gl_target target;
+    struct image cpu;
+    // R17's passes
+    struct factors factors;
+    struct separable how;
+    struct image blurred;
+};
+
+// The table of a screen: crossed slits, 25 um, in a file for scene_read().
+static bool screen_table(const char *path, struct err *e)
+{
+    struct slits s = {.pitch_m = {25e-6, 25e-6}, .width_m = {9e-6, 13e-6}, .count = {4, 4}};
+    struct spectrum light = {0};
+    struct table t = {0};
+    bool ok = illuminant_get(&light, "D65", e) && slits_light(&s, &light, 81, e) &&
+              table_init(&t, 257, 0.3, 3, 1, e);
+    if (ok) {
+        t.is_rgb = true;
+#pragma omp parallel for schedule(dynamic, 8)
+        for (int k = 0; k < 257 * 257; k++) {
+            double rgb[3];
+            slits_eval(&s, table_node(&t, k % 257), table_node(&t, k / 257), rgb);
+            for (int c = 0; c < 3; c++)
+                t.tab[3 * k + c] = (float)rgb[c];
+        }
+        ok = table_write(&t, path, e);
+    }
+    slits_finish(&s);
+    spectrum_finish(&light);
+    table_finish(&t);
+    return ok;
+}
+
+static bool frame(void *ctx, struct err *e)
+{
+    struct stage *b = ctx;
+    if (!gl_renderer_draw(b->renderer, &b->scene, &b->target, e))
+        return false;
+    glFinish();
+    return true;
+}
+
+static bool cpu_frame(void *ctx, struct err *e)
+{
+    struct stage *b = ctx;
+    image_finish(&b->cpu);
+    return cpu_render(&b->scene, false, &b->cpu, e);
+}
+
+static double difference(const struct image *a, const struct image *truth)
+{
+    double sum = 0, all = 0;
+    for (size_t k = 0; k < (size_t)a->w * (size_t)a->h * 3; k++) {
+        const double d = (double)a->px[k] - (double)truth->px[k];
+        sum += d * d;
+        all += (double)truth->px[k] * (double)truth->px[k];
+    }
+    return sqrt(sum / all);
+}
+
+static bool stage_init(struct stage *b, const char *name, const char *table, int w, int h,
+                       struct err *e)
+{
+    char *file = xasprintf("rigs/scenes/%s.yaml", name), *path = data_path(file, e);
+    const struct scene_options o = {
+        .table = table, .exposure_ev = NAN, .w = w, .h = h, .nodes = 1024};
+    *b = (struct stage){0};
+    const bool ok = path && scene_read(&b->scene, path, &o, e) &&
+                    gl_target_init(&b->target, w, h, e) &&
+                    gl_renderer_open(&b->renderer, &b->scene, e);
+    free(path);
+    free(file);
+    return ok;
+}
+
+static void stage_finish(struct stage *b)
+{
+    gl_renderer_close(b->renderer);
+    gl_target_finish(&b->target);
+    image_finish(&b->cpu);
+    image_finish(&b->blurred);
+    factors_finish(&b->factors);
+    scene_finish(&b->scene);
+}
+
+// One scene: GL's frame and its difference to the CPU's.
+static bool measure_scene(struct bench_report *r, const char *name, const char *table, int w, int h,
+                          struct err *e)
+{
+    struct stage b;
+    struct bench_time gl, cpu = {.runs = 1};
+    struct image im = {0};
+    bool ok = stage_init(&b, name, table, w, h, e) && bench_measure(frame, &b, &gl, e) &&
+              gl_target_read(&b.target, &im, e) && cpu_frame(&b, e);
+    if (ok && !bench_quick(r))
+        ok = bench_measure(cpu_frame, &b, &cpu, e);
+    if (ok) {
+        const struct gl_work work = gl_renderer_work(b.renderer, &b.scene, &b.target);
+        char setting[120];
+        snprintf(setting, sizeof setting, "%s %dx%d, skips %.0f %% shading, %.0f %% look-ups", name,
+                 w, h, 100 - 100.0 * (double)work.shaded / (double)work.shaded_most,
+                 100 - 100.0 * (double)work.looked_up / (double)work.looked_up_most);
+        bench_row(r, "gl", setting, gl, difference(&im, &b.cpu), "relative RMSE against the CPU");
+        char what[80];
+        snprintf(what, sizeof what, "%s", name);
+        bench_figure(r, what, 1 / gl.wall_s, "frames per second");
+        if (!bench_quick(r)) {
+            snprintf(what, sizeof what, "%s, CPU in double", name);
+            bench_figure(r, what, 1 / cpu.wall_s, "frames per second");
+        }
+    }
+    image_finish(&im);
+    stage_finish(&b);
+    return ok;
+}
+
+static bool r17_frame(void *ctx, struct err *e)
+{
+    struct stage *b = ctx;
+    image_finish(&b->blurred);
+    return env_gl_separable(&b->factors, &b->scene.surround->env, &b->scene.object[0].shape.frame,
+                            &b->how, &b->blurred, e) &&
+           frame(ctx, e);
+}
+
+static bool new_environment(void *ctx, struct err *e)
+{
+    struct stage *b = ctx;
+    image_finish(&b->scene.object[0].seen);
+    return scene_prefilter(&b->scene, e) && gl_renderer_surround(b->renderer, &b->scene, e) &&
+           frame(ctx, e);
+}
+
+enum { VIEWS = 64 };
+
+// Directions to the camera from all over the screen, and what full integration has them see.
+static bool judge(struct stage *b, double exact[1], double r17[1], struct err *e)
+{
+    const struct object *o = &b->scene.object[0];
+    double at[VIEWS][2], truth[VIEWS][3], sum[3] = {0};
+    struct vec3 wo[VIEWS];
+    for (int k = 0; k < VIEWS; k++) {
+        const struct vec3 place =
+            v3((k % 8 / 7. - .5) * o->shape.width_m, (k / 8 / 7. - .5) * o->shape.height_m, 0);
+        const struct vec3 p = v3_add(o->shape.at_m, frame_world(&o->shape.frame, place));
+        wo[k] = frame_local(&o->shape.frame, v3_unit(v3_sub(b->scene.camera.eye_m, p)));
+        at[k][0] = wo[k].x;
+        at[k][1] = wo[k].y;
+    }
+    const struct fresnel f = {true, o->material.r0};
+    if (!env_direct(&o->material.table, &f, &b->scene.surround->env, &o->shape.frame, VIEWS, at,
+                    truth, e))
+        return false;
+    for (int k = 0; k < VIEWS; k++) {
+        double one[3], two[3];
+        surround_map_at(&o->seen, wo[k], one);
+        const struct vec3 mirror = frame_world(&o->shape.frame, v3(-wo[k].x, -wo[k].y, wo[k].z));
+        double x, y;
+        latlong_pixel(mirror, b->blurred.w, b->blurred.h, &x, &y);
+        const size_t px = (size_t)fmax(0, fmin(b->blurred.h - 1, round(y))) * (size_t)b->blurred.w +
+                          (size_t)(lround(x) + b->blurred.w) % (size_t)b->blurred.w;
+        for (int c = 0; c < 3; c++) {
+            two[c] = (double)b->blurred.px[3 * px + (size_t)c];
+            one[c] /= o->material.r0 * o->material.gain; // env_direct takes F^2 / F0^2
+            sum[0] += (one[c] - truth[k][c]) * (one[c] - truth[k][c]);
+            sum[1] += (two[c] - truth[k][c]) * (two[c] - truth[k][c]);
+            sum[2] += truth[k][c] * truth[k][c];
+        }
+    }
+    *exact = sqrt(sum[0] / sum[2]);
+    *r17 = sqrt(sum[1] / sum[2]);
+    return true;
+}
+
+// The phone in a room: a look-up per pixel, against R17's two passes over the map in every frame.
+static bool measure_r17(struct bench_report *r, const char *table, int w, int h, struct err *e)
+{
+    struct stage b;
+    struct bench_time ours, theirs, change;
+    double ours_error = 0, their_error = 0;
+    const int width = bench_quick(r) ? 512 : 3070;
+    bool ok = stage_init(&b, "phone-room", table, w, h, e) &&
+              factor(&b.factors, &b.scene.object[0].material.table, 1, false, false, e);
+    b.how = (struct separable){.width = width, .taps = 256, .rotate = true};
+    ok = ok && bench_measure(frame, &b, &ours, e) && bench_measure(r17_frame, &b, &theirs, e) &&
+         judge(&b, &ours_error, &their_error, e) && bench_measure(new_environment, &b, &change, e);
+    if (ok) {
+        char setting[80];
+        snprintf(setting, sizeof setting, "phone-room, %d x %d map, 256 taps", width, width / 2);
+        bench_row(r, "r17", setting, theirs, their_error, "relative RMSE, full integration");
+        bench_row(r, "exact map", "phone-room, camera moves", ours, ours_error,
+                  "relative RMSE, full integration");
+        bench_row(r, "exact map", "phone-room, new environment", change, ours_error,
+                  "relative RMSE, full integration");
+        bench_figure(r, "R17's two-pass shader over the default path", theirs.wall_s / ours.wall_s,
+                     "times slower");
+        bench_figure(r, "new environment over camera move", change.wall_s / ours.wall_s, "times");
+    }
+    stage_finish(&b);
+    return ok;
+}
+
+// A set of L tables with curves in w, made up so that each adds half of the one before.
+static bool falling_tables(struct table *t, struct err *e)
+{
+    enum { L = 8, N = 257, NW = 65 };
+    if (!table_init(t, N, 0.5, 1, L, e))
+        return false;
+    t->is_rgb = true;
+    t->basis = TABLE_POD;
+    t->w_max = 2;
+    t->nw = NW;
+    t->curve = xcalloc(L * NW, sizeof *t->curve);
+    for (int m = 0; m < L; m++) {
+        for (int k = 0; k < NW; k++)
+            t->curve[m * NW + k] = cos(m * acos(2.0 * k / (NW - 1) - 1));
+        for (int k = 0; k < N * N; k++)
+            for (int c = 0; c < 3; c++)
+                t->tab[((size_t)m * N * N + (size_t)k) * 3 + (size_t)c] =
+                    (float)(exp2(-2 * m) * (1 + sin((m + 2) * 9 * table_node(t, k % N) + c) *
+                                                    cos((m + 1) * 7 * table_node(t, k / N))));
+    }
+    return true;
+}
+
+static bool measure_counts(struct bench_report *r, int w, int h, struct err *e)
+{
+    struct stage b;
+    struct table t;
+    struct image all = {0}, some = {0};
+    char path[] = "/tmp/nacre_bench_XXXXXX.exr";
+    const int fd = mkstemps(path, 4);
+    if (fd >= 0)
+        close(fd);
+    bool ok = falling_tables(&t, e) && table_write(&t, path, e) &&
+              stage_init(&b, "plane", path, w, h, e) && frame(&b, e) &&
+              gl_target_read(&b.target, &all, e);
+    unlink(path);
+    for (int count = 1; ok && count <= t.count; count++) {
+        struct bench_time time;
+        char setting[60];
+        b.scene.object[0].material.tables_used = count;
+        ok = bench_measure(frame, &b, &time, e) && gl_target_read(&b.target, &some, e);
+        if (ok) {
+            snprintf(setting, sizeof setting, "L = %d of %d tables, %dx%d", count, t.count, w, h);
+            bench_row(r, "tables", setting, time, difference(&some, &all),
+                      "relative RMSE against all tables");
+        }
+        image_finish(&some);
+    }
+    image_finish(&all);
+    table_finish(&t);
+    stage_finish(&b);
+    return ok;
+}
+
+static bool run(struct bench_report *r, struct err *e)
+{
+    static const char *const scenes[] = {"plane", "phone",  "cylinder", "tv",        "radial",
+                                         "cd",    "cd-g04", "cd-room",  "phone-room"};
+    const bool quick = bench_quick(r);
+    const int w = quick ? 480 : 1920, h = quick ? 270 : 1080;
+    char path[] = "/tmp/nacre_bench_XXXXXX.exr";
+    struct gl_context *gl = NULL;
+    if (!gl_context_open(&gl, e)) {
+        bench_note(r, "%s", e->msg);
+        return true;
+    }
+    bench_note(r, "OpenGL: %s", gl_name());
+    const int fd = mkstemps(path, 4);
+    bool ok = fd >= 0 ? !close(fd) : err_errno(e, "%s", path);
+    ok = ok && screen_table(path, e);
+    for (size_t k = 0; ok && k < sizeof scenes / sizeof *scenes; k++) {
+        const bool own = strstr(scenes[k], "cd") || !strcmp(scenes[k], "radial");
+        ok = measure_scene(r, scenes[k], own ? NULL : path, w, h, e);
+    }
+    ok = ok && measure_counts(r, w, h, e) && measure_r17(r, path, w, h, e);
+    unlink(path);
+    gl_context_close(gl);
+    return ok;
+}
+
+const struct bench bench_render = {
+    "render", "frames of the scenes, R17's passes beside the default path, tables against error",
+    run};
