@@ -5,6 +5,7 @@
 #include "render/shaders.h"
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static void upload_mesh(struct gl_object *o, const struct mesh *m)
 {
@@ -37,35 +38,66 @@ static void upload_mesh(struct gl_object *o, const struct mesh *m)
     glBindVertexArray(0);
 }
 
+static struct gl_features features_of(const struct object *o, const struct scene *s)
+{
+    const struct material *m = &o->material;
+    return (struct gl_features){
+        .glossy = material_has_specular(m),
+        .coat = m->coat_ior > 1,
+        .linear = m->table.power == 1,
+        .masked = m->mask.stripes > 0 || m->mask.picture.px,
+        .surround = s->surround,
+        .seen = o->seen.px,
+        .far = s->surround && object_uses_far_lights(o),
+        .curves = m->table.basis != TABLE_PLAIN,
+        .crossed = slits_are_crossed(&m->slits),
+    };
+}
+
 // The program for a way to diffract; made when it is first needed.
-static GLuint program_of(struct gl_object *o, const struct object *from, enum diffraction kind,
+static GLuint program_of(struct gl_object *g, const struct object *o, enum diffraction kind,
                          struct err *e)
 {
-    GLuint *p = &o->program[kind];
+    GLuint *p = &g->program[kind];
     if (*p)
         return *p;
-    char defines[200];
+    const struct gl_features f = g->features;
+    char defines[400];
     snprintf(defines, sizeof defines,
-             "#define SHAPE %d\n#define DIFFRACTION %d\n#define CURVES %d\n#define CROSSED %d\n"
-             "#define MAX_LIGHTS %d\n",
-             (int)from->shape.kind, (int)kind, from->material.table.basis != TABLE_PLAIN,
-             slits_are_crossed(&from->material.slits), LIGHTS_MOST);
-    const bool mesh = from->shape.kind == SHAPE_MESH;
+             "#define SHAPE %d\n#define DIFFRACTION %d\n#define MAX_LIGHTS %d\n#define GLOSSY %d\n"
+             "#define COAT %d\n#define LINEAR %d\n#define MASKED %d\n#define SURROUND %d\n"
+             "#define SEEN %d\n#define FAR %d\n#define CURVES %d\n#define CROSSED %d\n",
+             (int)o->shape.kind, (int)kind, LIGHTS_MOST, f.glossy, f.coat, f.linear, f.masked,
+             f.surround, f.seen, f.far, f.curves, f.crossed);
+    const bool mesh = o->shape.kind == SHAPE_MESH;
     const char *const vertex[] = {mesh ? shader_mesh : shader_tile, NULL};
     const char *const fragment[] = {shader_shapes,   shader_lights,  shader_layers,
                                     shader_surround, shader_surface, NULL};
-    return *p = gl_program(from->name, defines, vertex, fragment, e);
+    return *p = gl_program(o->name, defines, vertex, fragment, e);
 }
 
-bool gl_object_programs(struct gl_object *o, const struct object *from, struct err *e)
+static void drop_programs(struct gl_object *g)
 {
-    return program_of(o, from, DIFFRACTION_NONE, e) &&
-           program_of(o, from, from->material.diffraction, e);
+    for (int k = 0; k < DIFFRACTION_KINDS; k++) {
+        glDeleteProgram(g->program[k]);
+        g->program[k] = 0;
+    }
 }
 
-bool gl_object_init(struct gl_object *o, const struct object *from, struct err *e)
+bool gl_object_programs(struct gl_object *g, const struct object *o, const struct scene *s,
+                        struct err *e)
 {
-    if (!gl_object_programs(o, from, e) || !gl_material_init(&o->material, &from->material, e))
+    const struct gl_features f = features_of(o, s);
+    if (memcmp(&f, &g->features, sizeof f))
+        drop_programs(g);
+    g->features = f;
+    return program_of(g, o, DIFFRACTION_NONE, e) && program_of(g, o, o->material.diffraction, e);
+}
+
+bool gl_object_init(struct gl_object *o, const struct object *from, const struct scene *s,
+                    struct err *e)
+{
+    if (!gl_object_programs(o, from, s, e) || !gl_material_init(&o->material, &from->material, e))
         return false;
     if (from->shape.kind == SHAPE_MESH)
         upload_mesh(o, &from->shape.mesh);
@@ -74,8 +106,7 @@ bool gl_object_init(struct gl_object *o, const struct object *from, struct err *
 
 void gl_object_finish(struct gl_object *o)
 {
-    for (int p = 0; p < DIFFRACTION_KINDS; p++)
-        glDeleteProgram(o->program[p]);
+    drop_programs(o);
     gl_material_finish(&o->material);
     glDeleteVertexArrays(1, &o->vertices);
     glDeleteBuffers(1, &o->buffer);
@@ -123,7 +154,7 @@ static void set_surround(const struct gl_object *g, GLuint p, const struct scene
     glUniformMatrix3fv(glGetUniformLocation(p, "world"), 1, GL_FALSE, world);
     glUniform3fv(glGetUniformLocation(p, "harmonic"), SURROUND_TERMS, harmonic[0]);
     gl_set1f(p, "through_diffuse", coat_through_diffuse(o->material.coat_ior));
-    gl_set1i(p, "has_seen", g->seen != 0);
+    gl_set1i(p, "n_far", s->surround ? s->surround->n_lights : 0);
     gl_bind(p, "seen", 4, GL_TEXTURE_2D, g->seen);
 }
 

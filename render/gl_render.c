@@ -5,12 +5,14 @@
 #include "render/gl_object.h"
 #include "render/shaders.h"
 #include <math.h>
+#include <stddef.h>
 #include <stdlib.h>
 
 struct gl_renderer {
     GLuint nothing;            // a vertex array without data
     GLuint tiles, rectangle;   // a vertex array of tiles and its buffer
     GLuint lights;             // the buffer of lights
+    GLuint far, far_lights;    // the tiles' lists of the environment's lights: buffer and texture
     GLuint surround, backdrop; // the environment's texture, the program of what is behind
     struct gl_object *object;  // [n], owned
     int n;
@@ -57,10 +59,16 @@ bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct er
     glEnableVertexAttribArray(0);
     glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, sizeof(struct tile), NULL);
     glVertexAttribDivisor(0, 1);
+    glEnableVertexAttribArray(1);
+    glVertexAttribIPointer(1, 2, GL_INT, sizeof(struct tile),
+                           (const void *)offsetof(struct tile, first));
+    glVertexAttribDivisor(1, 1);
+    glGenBuffers(1, &r->far);
+    glGenTextures(1, &r->far_lights);
     glGenBuffers(1, &r->lights);
     bool ok = true;
     for (int k = 0; k < r->n && ok; k++)
-        ok = gl_object_init(&r->object[k], &s->object[k], e);
+        ok = gl_object_init(&r->object[k], &s->object[k], s, e);
     if (!ok || !gl_renderer_surround(r, s, e)) {
         gl_renderer_close(r);
         return false;
@@ -80,6 +88,8 @@ void gl_renderer_close(struct gl_renderer *r)
     glDeleteVertexArrays(1, &r->nothing);
     glDeleteVertexArrays(1, &r->tiles);
     glDeleteBuffers(1, &r->rectangle);
+    glDeleteBuffers(1, &r->far);
+    glDeleteTextures(1, &r->far_lights);
     glDeleteBuffers(1, &r->lights);
     free(r->object);
     free(r);
@@ -115,8 +125,6 @@ static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene
         put_light(&b, s->n_lights + k, frame_local(&shape->frame, around->light[k].to), false,
                   around->light[k].irradiance);
     gl_set1i(p, "n_lights", s->n_lights);
-    gl_set1i(p, "has_surround", around != NULL);
-    gl_set1i(p, "n_surround", around && object_uses_far_lights(o) ? around->n_lights : 0);
     glBindBuffer(GL_UNIFORM_BUFFER, r->lights);
     glBufferData(GL_UNIFORM_BUFFER, sizeof b, &b, GL_STREAM_DRAW);
     glBindBufferBase(GL_UNIFORM_BUFFER, 0, r->lights);
@@ -148,18 +156,30 @@ static void use(const struct gl_renderer *r, const struct gl_object *g, GLuint p
     gl_object_use(g, p, o, s, t->w, t->h);
     set_lights(r, p, s, o);
     gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
+    gl_bind(p, "far_lights", 5, GL_TEXTURE_BUFFER, r->far_lights);
+}
+
+static void put_far_lists(const struct gl_renderer *r, const struct tiles *t)
+{
+    glBindBuffer(GL_TEXTURE_BUFFER, r->far);
+    glBufferData(GL_TEXTURE_BUFFER, t->n_far, t->far, GL_STREAM_DRAW);
+    glActiveTexture(GL_TEXTURE5);
+    glBindTexture(GL_TEXTURE_BUFFER, r->far_lights);
+    glTexBuffer(GL_TEXTURE_BUFFER, GL_R8UI, r->far);
 }
 
 static void draw_object(struct gl_renderer *r, struct gl_object *g, const struct object *o,
                         const struct scene *s, const struct gl_target *t)
 {
     const GLuint full = g->program[o->material.diffraction], plain = g->program[DIFFRACTION_NONE];
+    tiles_find(&g->tiles, s, o, t->w, t->h);
+    if (s->surround)
+        put_far_lists(r, &g->tiles);
     if (o->shape.kind == SHAPE_MESH) {
         use(r, g, full, o, s, t);
         gl_object_draw_mesh(g, &o->shape.mesh);
         return;
     }
-    tiles_find(&g->tiles, s, o, t->w, t->h);
     if (g->tiles.n_diffracting) {
         use(r, g, full, o, s, t);
         draw_tiles(r, g->tiles.diffracting, g->tiles.n_diffracting);
@@ -174,7 +194,7 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
                       struct err *e)
 {
     for (int k = 0; k < r->n; k++)
-        if (!gl_object_programs(&r->object[k], &s->object[k], e))
+        if (!gl_object_programs(&r->object[k], &s->object[k], s, e))
             return false;
     glBindFramebuffer(GL_FRAMEBUFFER, t->frame);
     glViewport(0, 0, t->w, t->h);

@@ -10,7 +10,7 @@ struct surround_light {
     double irradiance[3];
 };
 
-enum { SURROUND_LIGHTS = 128, SURROUND_TERMS = 9 };
+enum { SURROUND_LIGHTS = 128 /* numbered in a byte */, SURROUND_TERMS = 9 };
 
 struct surround {
     struct environment env;

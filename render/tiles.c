@@ -141,28 +141,49 @@ static bool can_reach(const struct scene *s, const struct patch *p, struct vec3 
            fabs(v3_dot(h, p->middle.frame.b)) <= v_most + slack;
 }
 
-static bool can_diffract(const struct scene *s, const struct object *o, const struct square *q)
+// Can any of the scene's own lights diffract there?
+static bool near_diffract(const struct scene *s, const struct patch *p, double u, double v)
+{
+    for (int k = 0; k < s->n_lights; k++) {
+        struct vec3 wi;
+        light_at(&s->light[k], p->middle.at_m, &wi);
+        const double d = v3_norm(v3_sub(s->light[k].at, p->middle.at_m));
+        if (can_reach(s, p, wi, s->light[k].is_far ? 0 : swing(d, p->size_m), u, v))
+            return true;
+    }
+    return false;
+}
+
+// Decides about a square, and lists the environment's lights that matter there.
+static bool diffracts(struct tiles *t, const struct scene *s, const struct object *o,
+                      const struct square *q, struct tile *tile)
 {
     const struct material *m = &o->material;
+    const int all = s->surround && object_uses_far_lights(o) ? s->surround->n_lights : 0;
+    const bool glossy = material_has_specular(m);
     double u, v;
+    tile->first = 0;
+    tile->count = glossy || m->diffraction != DIFFRACTION_NONE ? all : 0;
     if (m->diffraction == DIFFRACTION_NONE)
         return false;
     reach(m, &u, &v);
     const struct patch p = patch_of(s, o, q);
     if (!p.bounded || m->diffraction == DIFFRACTION_STAM)
         return true;
-    for (int k = 0; k < s->n_lights; k++) {
-        struct vec3 wi;
-        light_at(&s->light[k], p.middle.at_m, &wi);
-        const double d = v3_norm(v3_sub(s->light[k].at, p.middle.at_m));
-        if (can_reach(s, &p, wi, s->light[k].is_far ? 0 : swing(d, p.size_m), u, v))
-            return true;
-    }
-    const bool by_lights = s->surround && !o->seen.px;
-    for (int k = 0; by_lights && k < s->surround->n_lights; k++)
+    const bool by_far = all && !o->seen.px;
+    bool any = near_diffract(s, &p, u, v);
+    const int first = t->n_far;
+    for (int k = 0; k < all && by_far; k++)
         if (can_reach(s, &p, s->surround->light[k].to, 0, u, v))
-            return true;
-    return false;
+            t->far[t->n_far++] = (unsigned char)k;
+    any = any || t->n_far > first;
+    if (glossy) { // every light matters
+        t->n_far = first;
+    } else {
+        tile->first = first;
+        tile->count = t->n_far - first;
+    }
+    return any;
 }
 
 void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, int w, int h)
@@ -174,17 +195,27 @@ void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, 
     const size_t most = (size_t)nx * (size_t)ny;
     t->diffracting = xrealloc(t->diffracting, most + 1, sizeof *t->diffracting);
     t->plain = xrealloc(t->plain, most + 1, sizeof *t->plain);
-    t->n_diffracting = t->n_plain = 0;
+    t->n_diffracting = t->n_plain = t->n_far = 0;
+    const int lights = s->surround ? s->surround->n_lights : 0;
+    t->far = xrealloc(t->far, (most + 1) * (size_t)(lights + 1), 1);
+    while (t->n_far < lights) {
+        t->far[t->n_far] = (unsigned char)t->n_far;
+        t->n_far++;
+    }
     const struct vec3 eye = frame_local(&o->shape.frame, v3_sub(s->camera.eye_m, o->shape.at_m));
     const bool flat = o->shape.kind == SHAPE_PLANE || o->shape.kind == SHAPE_DISC;
     for (int k = 0; k < nx * ny; k++) {
         const int x = box[0] + k % nx * TILE_SIDE, y = box[1] + k / nx * TILE_SIDE;
-        const struct tile tile = {(float)x, (float)y, (float)fmin(x + TILE_SIDE, box[2]),
-                                  (float)fmin(y + TILE_SIDE, box[3])};
+        struct tile tile = {(float)x,
+                            (float)y,
+                            (float)fmin(x + TILE_SIDE, box[2]),
+                            (float)fmin(y + TILE_SIDE, box[3]),
+                            0,
+                            0};
         const struct square q = rays_of(s, &o->shape, &tile, w, h);
         if (flat && (misses_flat(&o->shape, eye, &q) || hidden(s, o, &q)))
             continue;
-        if (can_diffract(s, o, &q))
+        if (diffracts(t, s, o, &q, &tile))
             t->diffracting[t->n_diffracting++] = tile;
         else
             t->plain[t->n_plain++] = tile;
@@ -195,5 +226,6 @@ void tiles_finish(struct tiles *t)
 {
     free(t->diffracting);
     free(t->plain);
+    free(t->far);
     *t = (struct tiles){0};
 }

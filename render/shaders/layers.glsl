@@ -1,5 +1,6 @@
 // layers.glsl - what a surface does with light, per unit irradiance: f cos_i (docs/render.md).
-// Directions are in the surface frame. DIFFRACTION is 0 none, 1 table, 2 slits, 3 Stam's.
+// Directions are in the surface frame. DIFFRACTION is 0 none, 1 table, 2 slits, 3 Stam's; GLOSSY,
+// COAT and LINEAR (nodes) leave out what a material does not have: on a CPU branches cost both sides.
 uniform vec3 diffuse, specular, light_color;
 uniform float roughness, coat_ior;
 uniform float r0, gain;
@@ -36,8 +37,9 @@ vec3 pattern(vec3 h)
     vec2 s = abs(h.xy) / range;
     if (max(s.x, s.y) > 1.0)
         return vec3(0.0);
-    if (power != 1.0)
-        s = pow(s, vec2(1.0 / power));
+#if !LINEAR
+    s = pow(s, vec2(1.0 / power));
+#endif
     vec2 at = ((sign(h.xy) * s * 0.5 + 0.5) * (nodes - 1.0) + 0.5) / nodes;
 #if CURVES
     vec2 n = vec2(textureSize(curves, 0));
@@ -137,8 +139,7 @@ vec3 diffraction(vec3 wi, vec3 wo)
 
 vec3 glossy(vec3 wi, vec3 wo)
 {
-    if (specular == vec3(0.0))
-        return vec3(0.0);
+#if GLOSSY
     vec3 m = normalize(wi + wo);
     float cos_half = dot(m, wo);
     float m2 = roughness * roughness, c2 = m.z * m.z;
@@ -147,11 +148,18 @@ vec3 glossy(vec3 wi, vec3 wo)
     vec3 f = vec3(schlick(specular.r, cos_half), schlick(specular.g, cos_half),
                   schlick(specular.b, cos_half));
     return f * (d * g / (4.0 * wo.z));
+#else
+    return vec3(0.0);
+#endif
 }
 
 float through(float cos_i)
 {
-    return coat_ior == 1.0 ? 1.0 : 1.0 - dielectric(coat_ior, cos_i);
+#if COAT
+    return 1.0 - dielectric(coat_ior, cos_i);
+#else
+    return 1.0;
+#endif
 }
 
 vec3 reflected(vec3 wi, vec3 wo, float diffracts)
@@ -159,7 +167,8 @@ vec3 reflected(vec3 wi, vec3 wo, float diffracts)
     if (wi.z <= 0.0 || wo.z <= 0.0)
         return vec3(0.0);
     vec3 sum = (diffuse / PI * wi.z + glossy(wi, wo)) * light_color;
-    if (diffracts > 0.0)
-        sum += diffracts * diffraction(wi, wo);
+#if DIFFRACTION > 0
+    sum += diffracts * diffraction(wi, wo);
+#endif
     return sum * through(wi.z) * through(wo.z);
 }

@@ -4,5 +4,4 @@ layout(std140) uniform Lights {
     vec4 light_power[MAX_LIGHTS]; // rgb: intensity or irradiance
 };
 uniform int n_lights;
-uniform int n_surround; // of the environment, in the arrays behind the others
-uniform bool has_surround;
+flat in ivec2 far_list; // first and number of the environment's lights that can matter here

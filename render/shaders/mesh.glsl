@@ -4,11 +4,14 @@ layout(location = 1) in vec3 n;
 layout(location = 2) in vec3 t;
 layout(location = 3) in vec2 st;
 uniform vec3 eye, right, up, forward;
+uniform int n_far;
+flat out ivec2 far_list;
 out vec3 mesh_at, mesh_n, mesh_t;
 out vec2 mesh_st;
 
 void main()
 {
+    far_list = ivec2(0, n_far);
     mesh_at = at;
     mesh_n = n;
     mesh_t = t;

@@ -5,11 +5,12 @@ uniform vec3 right, up; // of the camera, in the shape's coordinates
 uniform vec3 forward;
 #endif
 uniform vec3 eye;       // likewise; lights are, too
+out vec4 color;
+#if MASKED
 uniform int stripes;
 uniform float duty;
 uniform bool has_mask;
 uniform sampler2D mask;
-out vec4 color;
 
 float mask_at(vec2 st)
 {
@@ -21,6 +22,12 @@ float mask_at(vec2 st)
     return texelFetch(mask, clamp(ivec2(floor(vec2(st.x, 1.0 - st.y) * vec2(n))), ivec2(0), n - 1),
                       0).r;
 }
+#else
+float mask_at(vec2 st)
+{
+    return 1.0;
+}
+#endif
 
 void main()
 {
@@ -41,7 +48,8 @@ void main()
         float fall = light_at[k].w == 0.0 ? 1.0 : 1.0 / dot(way, way);
         sum += fall * light_power[k].rgb * reflected(local * normalize(way), wo, diffracts);
     }
-    if (has_surround)
-        sum += surrounded(local, wo, diffracts);
+#if SURROUND
+    sum += surrounded(local, wo, diffracts);
+#endif
     color = vec4(sum, 1.0);
 }

@@ -12,8 +12,8 @@ vec3 surround_radiance(vec3 dir)
 #ifdef SHAPE
 uniform vec3 harmonic[9];       // irradiance per spherical harmonic of the normal
 uniform mat3 world;             // from the shape's coordinates
+uniform usamplerBuffer far_lights; // lists of the environment's lights
 uniform sampler2D seen;         // o_n times the diffracted radiance over (o_t, o_b)
-uniform bool has_seen;
 uniform float through_diffuse;
 
 vec3 irradiance(vec3 d)
@@ -27,32 +27,37 @@ vec3 irradiance(vec3 d)
     return max(sum, vec3(0.0));
 }
 
-// `local` takes the shape's coordinates to the surface frame (t, b, n).
+// `local` takes the shape's coordinates to the surface frame (t, b, n). FAR: the environment's lights
+// matter, which ones says the tile.
 vec3 surrounded(mat3 local, vec3 wo, float diffracts)
 {
     if (wo.z <= 0.0)
         return vec3(0.0);
     vec3 sum = vec3(0.0);
-    for (int k = n_lights; k < n_lights + n_surround; k++) {
-        vec3 wi = local * light_at[k].xyz;
-        if (wi.z <= 0.0)
-            continue;
+#if FAR
+    for (int k = far_list.x; k < far_list.x + far_list.y; k++) {
+        int which = n_lights + int(texelFetch(far_lights, k).r);
+        vec3 wi = local * light_at[which].xyz;
         vec3 one = glossy(wi, wo);
-        if (!has_seen && diffracts > 0.0)
-            one += diffracts * diffraction(wi, wo);
-        sum += through(wi.z) * light_power[k].rgb * one;
+#if !SEEN && DIFFRACTION > 0
+        one += diffracts * diffraction(wi, wo);
+#endif
+        if (wi.z > 0.0)
+            sum += through(wi.z) * light_power[which].rgb * one;
     }
+#endif
     mat3 out_of = world * transpose(local);
     sum += through_diffuse * diffuse / PI * irradiance(out_of[2]);
     float pass = through(wo.z);
-    if (has_seen) {
-        vec2 n = vec2(textureSize(seen, 0));
-        vec2 at = ((wo.xy * 0.5 + 0.5) * (n - 1.0) + 0.5) / n;
-        sum += pass * diffracts * texture(seen, at).rgb / wo.z;
-    }
+#if SEEN
+    vec2 n = vec2(textureSize(seen, 0));
+    vec2 at = ((wo.xy * 0.5 + 0.5) * (n - 1.0) + 0.5) / n;
+    sum += pass * diffracts * texture(seen, at).rgb / wo.z;
+#endif
     sum *= pass;
-    if (pass < 1.0)
-        sum += (1.0 - pass) * surround_radiance(out_of * vec3(-wo.xy, wo.z));
+#if COAT
+    sum += (1.0 - pass) * surround_radiance(out_of * vec3(-wo.xy, wo.z));
+#endif
     return sum;
 }
 #endif
