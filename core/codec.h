@@ -17,7 +17,7 @@ bool rgbe_write(const struct image *im, const char *path, struct err *e);
 
 bool raw_read(struct image *im, const char *path, struct err *e);
 
-// PNG, JPEG and TIFF: picture_read() judges the file by itself, then cv_read() decodes it.
+// PNG, JPEG and TIFF.
 bool picture_read(struct image *im, const char *path, struct err *e);
 bool display_write(const struct image *im, const char *path, struct err *e);  // 8-bit sRGB
 bool linear16_write(const struct image *im, const char *path, struct err *e); // 0..1, .tif .png

@@ -2,96 +2,17 @@
 #define _GNU_SOURCE
 #include "core/dng.h"
 #include "core/mem.h"
+#include "core/tiff_buffer.h"
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <tiffio.h>
 #include <time.h>
 #include <unistd.h>
 
 enum { DNG_LINEAR_RAW = 34892, DNG_D65 = 21 }; // DNG 1.4, PhotometricInterpretation; EXIF light
-
-// libtiff's view of a growing buffer (or, for reading, of a mapped file).
-struct buffer {
-    unsigned char *at;
-    size_t size, room, pos;
-    bool fixed;
-};
-
-static tsize_t buffer_read(thandle_t h, void *to, tsize_t want)
-{
-    struct buffer *b = h;
-    const size_t left = b->pos < b->size ? b->size - b->pos : 0;
-    const size_t n = (size_t)want < left ? (size_t)want : left;
-    memcpy(to, b->at + b->pos, n);
-    b->pos += n;
-    return (tsize_t)n;
-}
-
-static tsize_t buffer_write(thandle_t h, void *from, tsize_t want)
-{
-    struct buffer *b = h;
-    const size_t end = b->pos + (size_t)want;
-    if (b->fixed)
-        return -1;
-    if (end > b->room) {
-        const size_t room = end + end / 8 + 4096;
-        unsigned char *at = realloc(b->at, room);
-        if (!at)
-            return -1;
-        memset(at + b->room, 0, room - b->room);
-        b->at = at;
-        b->room = room;
-    }
-    memcpy(b->at + b->pos, from, (size_t)want);
-    b->pos = end;
-    b->size = end > b->size ? end : b->size;
-    return want;
-}
-
-static toff_t buffer_seek(thandle_t h, toff_t to, int whence)
-{
-    struct buffer *b = h;
-    b->pos = (size_t)to + (whence == SEEK_CUR ? b->pos : whence == SEEK_END ? b->size : 0);
-    return b->pos;
-}
-
-static int buffer_close(thandle_t h)
-{
-    (void)h;
-    return 0;
-}
-
-static toff_t buffer_size(thandle_t h)
-{
-    return ((struct buffer *)h)->size;
-}
-
-static int buffer_map(thandle_t h, void **at, toff_t *size)
-{
-    struct buffer *b = h;
-    *at = b->at;
-    *size = b->size;
-    return b->fixed;
-}
-
-static void buffer_unmap(thandle_t h, void *at, toff_t size)
-{
-    (void)h;
-    (void)at;
-    (void)size;
-}
-
-static TIFF *open_buffer(struct buffer *b, const char *mode)
-{
-    TIFFSetErrorHandler(NULL); // its failures come back as return values
-    TIFFSetWarningHandler(NULL);
-    return TIFFClientOpen("dng", mode, b, buffer_read, buffer_write, buffer_seek, buffer_close,
-                          buffer_size, buffer_map, buffer_unmap);
-}
 
 static bool set_image(TIFF *t, const struct dng *d)
 {
@@ -177,11 +98,11 @@ bool dng_encode(const struct dng *d, void **bytes, size_t *size, struct err *e)
         return err_set(e, ERR_DATA, "cannot make a DNG of %d x %d with white %d", d->w, d->h,
                        d->white);
     const size_t samples = (size_t)d->w * (size_t)d->h * 2;
-    struct buffer b = {.room = samples + 4096};
+    struct tiff_buffer b = {.room = samples + 4096};
     b.at = sample_alloc(b.room, 1, "a DNG", e);
     if (!b.at)
         return false;
-    TIFF *t = open_buffer(&b, "wl");
+    TIFF *t = tiff_buffer_open(&b, "wl");
     bool ok = t && set_image(t, d) && set_mosaic(t, d->pattern) && set_about(t, d) &&
               TIFFWriteRawStrip(t, 0, d->raw, (tsize_t)samples) == (tsize_t)samples &&
               write_exif(t, d);
@@ -241,9 +162,9 @@ static void get_about(TIFF *t, struct dng *d)
     }
 }
 
-static bool decode(struct dng *d, struct buffer *b, const char *path, struct err *e)
+static bool decode(struct dng *d, struct tiff_buffer *b, const char *path, struct err *e)
 {
-    TIFF *t = open_buffer(b, "rc"); // c: strips as they are in the file
+    TIFF *t = tiff_buffer_open(b, "rc"); // c: strips as they are in the file
     if (!t)
         return err_set(e, ERR_DATA, "%s: not a DNG", path);
     uint32_t w = 0, h = 0;
@@ -289,7 +210,7 @@ bool dng_read(struct dng *d, const char *path, struct err *e)
             close(fd);
         return false;
     }
-    struct buffer b = {.size = (size_t)st.st_size, .fixed = true};
+    struct tiff_buffer b = {.size = (size_t)st.st_size, .fixed = true};
     void *at = b.size ? mmap(NULL, b.size, PROT_READ, MAP_PRIVATE, fd, 0) : MAP_FAILED;
     close(fd);
     if (at == MAP_FAILED)

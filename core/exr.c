@@ -8,25 +8,53 @@
 #include "core/infile.h"
 #include "core/mem.h"
 #include <endian.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <openexr.h>
 #include <stdlib.h>
 #include <string.h>
 
 static const char CHANNELS[] = "nacre.channels", DOUBLES[] = "doublevector";
 
+// What the library is told of a file, and tells of it.
+struct talk {
+    char reason[sizeof((struct err *)0)->msg]; // its first complaint
+    FILE *out;
+    uint64_t at, begun; // place of the next byte in `out`; on their way to the disk
+};
+
 static void note_error(exr_const_context_t ctxt, exr_result_t code, const char *msg)
 {
-    void *first = NULL;
+    void *talk = NULL;
     (void)code;
-    if (!exr_get_user_data(ctxt, &first) && first && !*(char *)first)
-        snprintf(first, sizeof((struct err *)0)->msg, "%.200s", msg);
+    if (!exr_get_user_data(ctxt, &talk) && talk && !*((struct talk *)talk)->reason)
+        snprintf(((struct talk *)talk)->reason, sizeof((struct talk *)0)->reason, "%.200s", msg);
 }
 
-static exr_context_initializer_t settings(char *reason)
+enum { EARLY = 1 << 22 }; // bytes sent to the disk at a time
+
+// The library writes row by row; stdio joins them.
+static int64_t put(exr_const_context_t ctxt, void *user, const void *from, uint64_t n, uint64_t at,
+                   exr_stream_error_func_ptr_t complain)
+{
+    struct talk *t = user;
+    if ((at != t->at && fseeko(t->out, (off_t)at, SEEK_SET)) || fwrite(from, 1, n, t->out) != n) {
+        complain(ctxt, EXR_ERR_WRITE_IO, "%s", strerror(errno));
+        return -1;
+    }
+    t->at = at + n;
+    if (t->at >= t->begun + EARLY) { // the disk takes rows while others are packed
+        sync_file_range(fileno(t->out), (off_t)t->begun, EARLY, SYNC_FILE_RANGE_WRITE);
+        t->begun += EARLY;
+    }
+    return (int64_t)n;
+}
+
+static exr_context_initializer_t settings(struct talk *talk)
 {
     exr_context_initializer_t s = EXR_DEFAULT_CONTEXT_INITIALIZER;
     s.error_handler_fn = note_error;
-    s.user_data = reason;
+    s.user_data = talk;
     s.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     s.max_image_width = s.max_image_height = IMAGE_MAX_SIDE;
     s.max_tile_width = s.max_tile_height = IMAGE_MAX_SIDE;
@@ -344,12 +372,13 @@ bool exr_read(struct image *im, const char *path, struct err *e)
     infile_close(&in);
     if (!is_exr)
         return err_set(e, ERR_DATA, "not an OpenEXR file");
-    char reason[sizeof e->msg] = "";
-    const exr_context_initializer_t set = settings(reason);
+    struct talk talk = {0};
+    const exr_context_initializer_t set = settings(&talk);
     exr_context_t f = NULL;
     if (exr_start_read(&f, path, &set)) {
         exr_finish(&f);
-        return err_set(e, ERR_DATA, "bad OpenEXR header: %s", *reason ? reason : "damaged");
+        return err_set(e, ERR_DATA, "bad OpenEXR header: %s",
+                       *talk.reason ? talk.reason : "damaged");
     }
     const bool ok = read_part(f, im, size, e);
     exr_finish(&f);
@@ -424,8 +453,12 @@ bool exr_write(const struct image *im, const char *path, struct err *e)
     names = names ? names : default_names(im->nc);
     if (!names_fit(names, im->nc, e))
         return false;
-    char reason[sizeof e->msg] = "";
-    const exr_context_initializer_t set = settings(reason);
+    struct talk talk = {.out = fopen(path, "wbe")};
+    if (!talk.out)
+        return err_errno(e, "cannot write");
+    setvbuf(talk.out, NULL, _IOFBF, 1 << 20);
+    exr_context_initializer_t set = settings(&talk);
+    set.write_fn = put;
     exr_context_t f = NULL;
     exr_result_t r = exr_start_write(&f, path, EXR_WRITE_FILE_DIRECTLY, &set);
     const char *wanted = meta_text(&im->meta, "compression");
@@ -439,8 +472,9 @@ bool exr_write(const struct image *im, const char *path, struct err *e)
         !(r = exr_write_header(f)))
         r = write_rows(f, im, names);
     const exr_result_t closed = exr_finish(&f);
-    if (!r && !closed)
-        return true;
-    return err_set(e, ERR_FILE, "cannot write: %s",
-                   *reason ? reason : exr_get_default_error_message(r ? r : closed));
+    const bool kept = fclose(talk.out) == 0 || err_errno(e, "cannot write");
+    if (r || closed)
+        return err_set(e, ERR_FILE, "cannot write: %s",
+                       *talk.reason ? talk.reason : exr_get_default_error_message(r ? r : closed));
+    return kept;
 }

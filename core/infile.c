@@ -16,6 +16,7 @@ bool infile_open(struct infile *in, const char *path, struct err *e)
     FILE *f = fopen(path, "rbe");
     if (!f)
         return err_errno(e, "cannot open");
+    setvbuf(f, NULL, _IOFBF, 1 << 16);
     *in = (struct infile){f, st.st_size};
     return true;
 }
@@ -29,7 +30,7 @@ void infile_close(struct infile *in)
 
 char *infile_slurp(const char *path, int64_t max, size_t *size, struct err *e)
 {
-    struct infile in;
+    struct infile in = {0};
     if (!infile_open(&in, path, e))
         return NULL;
     char *data = NULL;

@@ -1,12 +1,13 @@
-// picture.c - PNG, JPEG and TIFF: judged here, decoded by OpenCV.
+// picture.c - PNG, JPEG and TIFF: judged here, decoded by the library of each.
 //
 // Decoders take memory by the header's word and fill the missing half of a cut JPEG with grey, so
 // what the file is, its size and its end are looked at before one of them is asked.
 #define _GNU_SOURCE
 #include "core/codec.h"
-#include "core/cv_image.h"
+#include "core/imgfile.h"
 #include "core/infile.h"
 #include "core/mem.h"
+#include "core/raster.h"
 #include "core/spectrum.h"
 #include <math.h>
 #include <stdlib.h>
@@ -106,17 +107,18 @@ static bool tiff_shape(struct bytes b, struct shape *s)
     return true;
 }
 
-static bool judge(struct bytes b, struct err *e)
+static bool decode(struct image *im, struct bytes b, struct err *e)
 {
     static const struct {
         const char *name, *magic;
         size_t len;
         bool (*shape)(struct bytes b, struct shape *s);
+        bool (*decode)(struct image *im, const uint8_t *data, size_t n, struct err *e);
     } kinds[] = {
-        {"PNG", "\x89PNG\r\n\x1a\n", 8, png_shape},
-        {"JPEG", "\xff\xd8\xff", 3, jpeg_shape},
-        {"TIFF", "II*\0", 4, tiff_shape},
-        {"TIFF", "MM\0*", 4, tiff_shape},
+        {"PNG", "\x89PNG\r\n\x1a\n", 8, png_shape, png_decode},
+        {"JPEG", "\xff\xd8\xff", 3, jpeg_shape, jpeg_decode},
+        {"TIFF", "II*\0", 4, tiff_shape, tiff_decode},
+        {"TIFF", "MM\0*", 4, tiff_shape, tiff_decode},
     };
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
         struct shape s;
@@ -128,7 +130,7 @@ static bool judge(struct bytes b, struct err *e)
         if (!(s.w >= 1 && s.h >= 1 && s.w <= IMAGE_MAX_SIDE && s.h <= IMAGE_MAX_SIDE))
             return err_set(e, ERR_DATA, "bad size %.0f x %.0f: each side must be 1 to %d pixels",
                            s.w, s.h, IMAGE_MAX_SIDE);
-        return infile_claim((int64_t)b.n, s.w * s.h * s.nc, e);
+        return infile_claim((int64_t)b.n, s.w * s.h * s.nc, e) && kinds[k].decode(im, b.at, b.n, e);
     }
     return err_set(e, ERR_DATA, "not a PNG, JPEG or TIFF picture%s",
                    b.n ? "" : ": the file is empty");
@@ -140,13 +142,37 @@ bool picture_read(struct image *im, const char *path, struct err *e)
     char *data = infile_slurp(path, (int64_t)1 << 32, &size, e);
     if (!data)
         return false;
-    const bool fine = judge((struct bytes){(unsigned char *)data, size, false}, e);
+    const bool ok = decode(im, (struct bytes){(unsigned char *)data, size, false}, e);
     free(data);
-    if (!fine || !cv_read(im, path, e))
+    if (!ok)
         return false;
     meta_set_text(&im->meta, "channels", im->nc == 1 ? "Y" : im->nc == 3 ? "R,G,B" : "R,G,B,A");
     exif_read(&im->meta, path);
     return true;
+}
+
+void raster_row(float *to, const void *from, size_t n, int sample_bytes)
+{
+    for (size_t k = 0; k < n; k++)
+        to[k] = sample_bytes == 1 ? ((const uint8_t *)from)[k] * (1 / 255.F)
+                                  : ((const uint16_t *)from)[k] * (1 / 65535.F);
+}
+
+bool raster_damaged(struct err *e)
+{
+    return err_set(e, ERR_DATA, "damaged or cut short: it cannot be decoded");
+}
+
+static bool encode(const struct raster *r, const char *path, struct err *e)
+{
+    const char *ext = path_ext(path);
+    FILE *f = fopen(path, "wbe");
+    if (!f)
+        return err_errno(e, "cannot write");
+    const bool is_png = !strcmp(ext, ".png"), is_tiff = !strncmp(ext, ".tif", 4);
+    bool ok = is_png ? png_encode(r, f) : is_tiff ? tiff_encode(r, f) : jpeg_encode(r, f);
+    ok = fclose(f) == 0 && ok;
+    return ok || err_set(e, ERR_FILE, "cannot write");
 }
 
 // Which channels to show, as grey (1), as RGB or as XYZ (3).
@@ -193,7 +219,7 @@ static bool write_samples(const struct image *im, const char *path, int sample_b
                 ((uint16_t *)out)[at] = (uint16_t)lround(65535 * x);
         }
     }
-    const bool ok = cv_write(out, im->w, im->h, nc, sample_bytes, path, e);
+    const bool ok = encode(&(struct raster){out, im->w, im->h, nc, sample_bytes}, path, e);
     free(out);
     return ok;
 }

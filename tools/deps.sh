@@ -4,9 +4,9 @@
 set -eu
 packages="
 build-essential cmake ninja-build pkg-config
-libopenexr-dev libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev
+libopenexr-dev libopencv-core-dev libopencv-imgproc-dev
 libopencv-calib3d-dev libopencv-contrib-dev
-libtiff-dev libraw-dev libexif-dev libzip-dev libexpat1-dev
+libpng-dev libjpeg-dev libtiff-dev libraw-dev libexif-dev libzip-dev libexpat1-dev
 libfftw3-dev liblapacke-dev libopenblas-dev
 libyaml-dev libjansson-dev libsqlite3-dev libssl-dev
 libegl-dev libgl-dev libegl1 libgl1-mesa-dri libepoxy-dev libcglm-dev
