@@ -13,6 +13,7 @@
 //         applied, not what was asked.
 #pragma once
 #include "acquire/devopt.h"
+#include "acquire/found.h"
 #include <stdint.h>
 
 enum cam_pattern { CAM_MONO, CAM_RGGB, CAM_GRBG, CAM_GBRG, CAM_BGGR }; // first row, first two
@@ -26,7 +27,8 @@ enum cam_clock {
 struct cam_frame {
     uint64_t seq;         // +1 per exposure; a gap means frames were lost
     uint64_t shot;        // cam_shot.id of the shot that the device made it for; 0: it cannot tell
-    int64_t device_ns;    // start of exposure of the first row, on the clock that caps.clock names
+    int64_t device_ns;    // start of exposure of the first row, on the clock that caps.clock
+                          // names; 0: not known
     int64_t exposure_ns;  // as applied by the sensor; 0: it does not say
     double gain;          // as applied, 1 is the base; NAN: it does not say
     double focus_per_m;   // as applied, dioptres; NAN: it does not say
@@ -71,6 +73,7 @@ struct cam_driver {
     bool (*shoot)(struct cam *cam, const struct cam_shot *shot, struct err *e);
     bool (*pump)(struct cam *cam, struct err *e); // never blocks; false: the camera is gone
     void (*close)(struct cam *cam); // once; also after a failed open or pump; not fd, not options
+    void (*find)(found_fn *found, void *ctx); // what there is to open; NULL: nothing to look for
 };
 
 typedef void cam_on_frame(void *ctx, const struct cam_frame *frame);

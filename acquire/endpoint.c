@@ -91,6 +91,9 @@ static bool start_daemon(const char *path, struct err *e)
     posix_spawnattr_t attr;
     sigset_t none;
     pid_t pid;
+    const char *terminal = ttyname(STDERR_FILENO); // where a person can be asked for filters
+    if (terminal)
+        setenv("NACRE_TTY", terminal, true);
     sigemptyset(&none);
     posix_spawn_file_actions_init(&files);
     posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);

@@ -8,6 +8,7 @@
 // nacred, so a simulated light must be visible to a simulated camera in another process.
 #pragma once
 #include "acquire/devopt.h"
+#include "acquire/found.h"
 #include <stdint.h>
 
 struct trig_caps { // filled by open
@@ -26,9 +27,10 @@ struct trig_driver {
     bool (*open)(struct trig *t, struct err *e); // all lines off; on failure close() is called
     bool (*set)(struct trig *t, uint32_t state, struct err *e);
     bool (*pulse)(struct trig *t, uint32_t mask, int64_t duration_ns,
-                  struct err *e);  // returns at
-                                   // once; the driver or the device switches off again
-    void (*close)(struct trig *t); // lines off; once; also after a failed open; not fd
+                  struct err *e);             // returns at
+                                              // once; the driver or the device switches off again
+    void (*close)(struct trig *t);            // lines off; once; also after a failed open; not fd
+    void (*find)(found_fn *found, void *ctx); // what there is to open; NULL: nothing to look for
 };
 
 struct trig {

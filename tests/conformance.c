@@ -34,7 +34,8 @@ static void on_frame(void *ctx, const struct cam_frame *f)
     PROMISE(f->w == s->cam->caps.w && f->h == s->cam->caps.h, "frame is %d x %d", uri, f->w, f->h);
     PROMISE(!s->n || f->seq > s->last.seq, "seq %lu after %lu", uri, (unsigned long)f->seq,
             (unsigned long)s->last.seq);
-    PROMISE(!s->n || f->device_ns > s->last.device_ns, "device time runs backwards", uri);
+    PROMISE(!s->n || !f->device_ns || f->device_ns > s->last.device_ns,
+            "device time runs backwards", uri);
     const int limit = 1 << s->cam->caps.bits;
     for (int k = 0; k < f->w * f->h; k++) {
         PROMISE(f->raw[k] < limit, "count %d of %d bits", uri, f->raw[k], s->cam->caps.bits);

@@ -10,6 +10,7 @@ libpng-dev libjpeg-dev libtiff-dev libraw-dev libexif-dev libzip-dev libexpat1-d
 libfftw3-dev liblapacke-dev libopenblas-dev
 libyaml-dev libjansson-dev libsqlite3-dev libssl-dev
 libegl-dev libgl-dev libegl1 libgl1-mesa-dri libepoxy-dev libcglm-dev
+libgpiod-dev libusb-1.0-0-dev libcamera-dev
 libcmocka-dev
 "
 missing=""
