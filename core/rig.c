@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 
 enum { MAX_LIGHTS = 32, MAX_FILTERS = 64, GRID_FIRST_NM = 300, GRID_LAST_NM = 1100 };
+static const double DARK = 1e-9; // less of a band's peak than this is no light
 
 static bool get_text(struct ynode *map, const char *key, enum yneed need, char **out, struct err *e)
 {
@@ -40,6 +41,7 @@ static bool get_name(struct ynode *map, char **out, struct err *e)
 static bool get_band(struct ynode *map, struct rig_band *b, struct err *e)
 {
     struct ynode *csv = ymap_find(map, "csv"), *centre = ymap_find(map, "centre");
+    b->line = ynode_line(csv ? csv : centre ? centre : map);
     if (!get_text(map, "csv", Y_OPTIONAL, &b->csv, e) ||
         !ymap_num(map, "centre", Y_OPTIONAL, UNIT_M, 100e-9, 3e-6, &b->centre_m, e) ||
         !ymap_num(map, "width", centre ? Y_NEEDED : Y_OPTIONAL, UNIT_M, 0.1e-9, 1e-6, &b->fwhm_m,
@@ -236,23 +238,35 @@ static char *beside(const char *path, const char *name)
     return full;
 }
 
-// Multiplies `value` [n] on the grid by a band; one that is not known is 1 everywhere.
+// Multiplies `value` [n] on the grid by a band, 1 at its peak; one that is not known is 1
+// everywhere.
 static bool through(const struct rig *rig, const struct rig_band *b, double *value, int n,
                     bool *known, struct err *e)
 {
     struct spectrum csv = {0};
+    double most = 1;
     if (b->csv) {
         char *path = beside(rig->path, b->csv);
         const bool ok = spectrum_read_csv(&csv, path, e);
         free(path);
         if (!ok)
             return false;
+        most = 0;
+        for (int k = 0; k < csv.n; k++)
+            most = fmax(most, csv.value[k]);
+        if (!(most > 0)) {
+            spectrum_finish(&csv);
+            return err_set(e, ERR_DATA,
+                           "%s:%d: '%s' is 0 at every wavelength: no light gets through", rig->path,
+                           b->line, b->csv);
+        }
     }
     const double sigma_m = b->fwhm_m / (2 * sqrt(2 * log(2)));
     for (int k = 0; k < n; k++) {
         const double lambda_m = (GRID_FIRST_NM + k) * 1e-9;
         const double from_centre = sigma_m > 0 ? (lambda_m - b->centre_m) / sigma_m : 0;
-        value[k] *= b->csv ? spectrum_at(&csv, lambda_m) : exp(-0.5 * from_centre * from_centre);
+        value[k] *=
+            b->csv ? spectrum_at(&csv, lambda_m) / most : exp(-0.5 * from_centre * from_centre);
     }
     *known |= b->csv || sigma_m > 0;
     spectrum_finish(&csv);
@@ -277,9 +291,15 @@ bool rig_spectrum(const struct rig *rig, int light, int filter, struct spectrum 
     if (ok && !known)
         ok = err_set(e, ERR_DATA, "%s: names no spectrum of this light, filter or camera",
                      rig->path);
-    if (ok && !(peak > 0))
-        ok = err_set(e, ERR_DATA, "%s: light '%s' and filter '%s' have no wavelength in common",
-                     rig->path, light < 0 ? "none" : rig->light[light].name,
+    if (ok && !(peak > DARK))
+        ok = err_set(e, ERR_DATA,
+                     "%s:%d: light '%s', filter '%s' and the camera have no wavelength in common: "
+                     "no light gets through",
+                     rig->path,
+                     filter >= 0  ? rig->filter[filter].band.line
+                     : light >= 0 ? rig->light[light].band.line
+                                  : rig->camera.band.line,
+                     light < 0 ? "none" : rig->light[light].name,
                      filter < 0 ? "none" : rig->filter[filter].name);
     for (int k = 0; ok && k < N; k++)
         p.value[k] /= peak;

@@ -16,6 +16,7 @@
 struct rig_band {
     double centre_m, fwhm_m; // 0 when csv is set, or when nothing is known
     char *csv;               // path below the rig's folder, owned; or NULL
+    int line;                // of the rig file, where it is described
 };
 
 struct rig_light {

@@ -309,14 +309,27 @@ static const char *sim_part(const char *uri)
     return NULL;
 }
 
+// A rig has a camera; a scene's stands within its view.
+static bool is_rig(const char *path)
+{
+    struct yaml *y;
+    struct err ignored;
+    if (!yaml_open(&y, path, &ignored))
+        return false;
+    const bool found = ymap_find(yaml_root(y), "camera") != NULL;
+    yaml_close(y, false, &ignored);
+    return found;
+}
+
 bool sim_lab_open(struct lab *lab, const char *path, struct err *e)
 {
     struct rig rig;
-    struct err why;
     if (!strcmp(path, "sim"))
         return lab_open(lab, NULL, NULL, e);
-    if (!rig_open(&rig, path, &why))
-        return lab_open(lab, path, NULL, e); // a scene, or what its error says
+    if (!is_rig(path))
+        return lab_open(lab, path, NULL, e);
+    if (!rig_open(&rig, path, e))
+        return false;
     const char *args = sim_part(rig.camera.uri);
     struct sim *s = xcalloc(1, sizeof *s);
     const bool ok = (args || err_set(e, ERR_DATA, "%s: its camera '%s' is not simulated", path,

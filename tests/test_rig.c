@@ -88,6 +88,42 @@ TEST(refusals_name_the_line)
     }
 }
 
+TEST(a_filter_that_lets_nothing_through_is_refused_by_its_line)
+{
+    static const struct {
+        const char *filter, *msg;
+    } bad[] = {
+        {"{name: f, position: 0, csv: test_rig_dark.csv}",
+         "test_rig.yaml:10: 'test_rig_dark.csv' is 0 at every wavelength: no light gets through"},
+        {"{name: f, position: 0, centre: 700nm, width: 10nm}",
+         "test_rig.yaml:10: light 'l', filter 'f' and the camera have no wavelength in common: no "
+         "light gets through"},
+        {"{name: f, position: 0, throughput: 0}",
+         "test_rig.yaml:10: throughput: 0 is out of range: must be 1e-09 to 1"},
+    };
+    FILE *f = fopen("test_rig_dark.csv", "w");
+    fputs("nm,value\n400,0\n700,0\n", f);
+    fclose(f);
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        char text[600];
+        struct rig rig;
+        struct err e = {0};
+        double centre, sigma;
+        snprintf(text, sizeof text,
+                 "%slights:\n  trigger: 'sim:'\n  list:\n"
+                 "  - {name: l, line: 0, max_on: 1s, centre: 450nm, width: 20nm}\n"
+                 "filters:\n  trigger: 'sim:'\n  list:\n  - %s\n",
+                 head, bad[k].filter);
+        if (open_text(&rig, text, &e)) {
+            assert_false(rig_wavelength(&rig, 0, 0, &centre, &sigma, &e));
+            rig_finish(&rig);
+        }
+        assert_string_equal(e.msg, bad[k].msg);
+        assert_int_equal(e.code, ERR_DATA);
+    }
+    unlink("test_rig_dark.csv");
+}
+
 TEST(a_copy_takes_its_spectra_along)
 {
     char folder[] = "/tmp/nacre_test_XXXXXX", path[80], cmd[200];
@@ -125,4 +161,5 @@ TEST(a_copy_takes_its_spectra_along)
 TEST_MAIN(cmocka_unit_test(the_default_rig_is_good),
           cmocka_unit_test(a_narrow_filter_on_a_sloping_source_shifts_the_centroid),
           cmocka_unit_test(refusals_name_the_line),
+          cmocka_unit_test(a_filter_that_lets_nothing_through_is_refused_by_its_line),
           cmocka_unit_test(a_copy_takes_its_spectra_along))

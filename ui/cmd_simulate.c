@@ -14,7 +14,7 @@
 struct args {
     const char *what, *out, *light, *filter, *illuminant;
     int size, power;
-    double range;
+    double range, pixel_m;
 };
 
 static void stamp(struct meta *m, const struct cli *cli)
@@ -116,14 +116,36 @@ static bool write_truth(struct lab *lab, const struct args *a, struct cli *cli, 
     return ok;
 }
 
+// N x N nodes around the middle of the sample, its turn included.
+static bool sampled_height(const struct sample *s, int n, double pixel_m, struct hfield *hf,
+                           struct err *e)
+{
+    if (!hfield_init(hf, n, n, pixel_m, pixel_m, e))
+        return false;
+    const double middle = 0.5 * (n - 1);
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++) {
+            double amplitude;
+            hf->z[(size_t)j * (size_t)n + (size_t)i] =
+                (float)sample_height(s, (i - middle) * pixel_m, (j - middle) * pixel_m, &amplitude);
+        }
+    return true;
+}
+
+// A map's own nodes, one cell of it, unless others are asked for.
 static bool write_height(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
 {
-    struct hfield *map = &lab->scene.sample.map;
-    if (!map->z)
-        return err_set(e, ERR_DATA, "%s: its %s is a closed form, not a height map",
-                       cli->operand[0], lab->scene.sample.kind);
-    stamp(&map->meta, cli);
-    return hfield_write(map, a->out, NULL, e);
+    struct sample *s = &lab->scene.sample;
+    struct hfield sampled = {0};
+    const bool as_it_is = s->map.z && isnan(a->pixel_m);
+    const double pixel_m = isnan(a->pixel_m) ? lab->scene.bokeh.m_per_px : a->pixel_m;
+    if (!as_it_is && !sampled_height(s, a->size, pixel_m, &sampled, e))
+        return false;
+    struct hfield *hf = as_it_is ? &s->map : &sampled;
+    stamp(&hf->meta, cli);
+    const bool ok = hfield_write(hf, a->out, NULL, e);
+    hfield_finish(&sampled);
+    return ok;
 }
 
 static bool tell_energy(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
@@ -180,15 +202,17 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 #define AT(field) offsetof(struct args, field)
 static const struct opt options[] = {
     {"what", OPT_CHOICE, AT(what), product_names, "pattern",
-     "radiance without noise; u, v, w, weight of every pixel; the table S_d; a map's heights; "
+     "radiance without noise; u, v, w, weight of every pixel; the table S_d; the heights; "
      "the out-of-focus highlight; the light that the orders return"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write"},
     {"light", OPT_TEXT, AT(light), "NAME", NULL, "of the rig; default: the first"},
     {"filter", OPT_TEXT, AT(filter), "NAME", "green", "of the rig"},
     {"illuminant", OPT_TEXT, AT(illuminant), "NAME|FILE", "E", "of the table"},
-    {"size", OPT_INT, AT(size), "N", "501", "nodes a side of the table"},
+    {"size", OPT_INT, AT(size), "N", "501", "nodes a side of the table or heights"},
     {"range", OPT_NUM, AT(range), "R", "0.35", "of the table"},
     {"power", OPT_INT, AT(power), "P", "1", "of the table"},
+    {"pixel", OPT_NUM, AT(pixel_m), "D", NULL,
+     "between heights; default: a map's own nodes, else the pixel of the scene's bokeh", UNIT_M},
     {0},
 };
 
