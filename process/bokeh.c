@@ -4,6 +4,8 @@
 #include "core/mem.h"
 #include "process/bspline.h"
 #include "process/deconvolve.h"
+#include "process/level.h"
+#include "process/roughness.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -73,20 +75,6 @@ static void picture_from_sample(double turn, double x, double y, double *i, doub
     *j = -s * x + c * y;
 }
 
-static float spline_at(const float *c, int w, int h, double x, double y)
-{
-    const int i = (int)floor(x), j = (int)floor(y);
-    double wx[4], wy[4], sum = 0;
-    bspline_weights(x - i, wx);
-    bspline_weights(y - j, wy);
-    for (int q = 0; q < 4; q++) {
-        const float *row = c + (size_t)bspline_mirror(j - 1 + q, h) * (size_t)w;
-        for (int p = 0; p < 4; p++)
-            sum += wy[q] * wx[p] * (double)row[bspline_mirror(i - 1 + p, w)];
-    }
-    return (float)sum;
-}
-
 // The largest square inside 0.97 of the disc, less what the deconvolution spoils at the rim; turned
 // back. A turn by quarters takes samples as they are, about the pixel nearest to the centre.
 static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_record *rec,
@@ -114,7 +102,7 @@ static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_
             picture_from_sample(turn, x, y, &i, &j);
             const float v = exact ? f->px[(size_t)lround(round(cy) + j) * (size_t)f->w +
                                           (size_t)lround(round(cx) + i)]
-                                  : spline_at(f->px, f->w, f->h, cx + i, cy + j);
+                                  : (float)bspline_at(f->px, f->w, f->h, cx + i, cy + j);
             hf.z[(size_t)(y + half) * (size_t)n + (size_t)(x + half)] =
                 (float)(rec->gain_m * ((double)v - rec->offset));
         }
@@ -181,43 +169,11 @@ static bool average_lines(struct hfield *hf, double direction_rad, struct err *e
     return ok;
 }
 
-// Least-squares plane over all nodes; the grid is symmetric, so its terms are orthogonal.
-static void level(struct hfield *hf)
-{
-    double mean = 0, sx = 0, sy = 0, xx = 0, yy = 0;
-    const double mx = 0.5 * (hf->nx - 1), my = 0.5 * (hf->ny - 1);
-    for (int j = 0; j < hf->ny; j++)
-        for (int i = 0; i < hf->nx; i++) {
-            const double z = (double)hf->z[(size_t)j * (size_t)hf->nx + (size_t)i];
-            mean += z;
-            sx += z * (i - mx);
-            sy += z * (j - my);
-            xx += (i - mx) * (i - mx);
-            yy += (j - my) * (j - my);
-        }
-    mean /= (double)hf->nx * hf->ny;
-    for (int j = 0; j < hf->ny; j++)
-        for (int i = 0; i < hf->nx; i++)
-            hf->z[(size_t)j * (size_t)hf->nx + (size_t)i] -=
-                (float)(mean + sx / xx * (i - mx) + sy / yy * (j - my));
-}
-
-static double deviation(const struct hfield *hf)
-{
-    double sum = 0, square = 0;
-    const size_t n = (size_t)hf->nx * (size_t)hf->ny;
-    for (size_t k = 0; k < n; k++)
-        sum += (double)hf->z[k];
-    for (size_t k = 0; k < n; k++)
-        square += ((double)hf->z[k] - sum / (double)n) * ((double)hf->z[k] - sum / (double)n);
-    return sqrt(square / (double)n);
-}
-
 static bool finish(struct hfield *hf, const struct bokeh_options *opt, const struct image *im,
                    struct bokeh_result *res, struct err *e)
 {
-    if (opt->level)
-        level(hf);
+    if (opt->level && !hfield_level(hf, LEVEL_PLANE, e))
+        return false;
     res->n_periods = hfield_periods(hf, res->period, e);
     if (res->n_periods < 0)
         return false;
@@ -238,7 +194,10 @@ static bool finish(struct hfield *hf, const struct bokeh_options *opt, const str
     if (!isnan(opt->f_number))
         f_number = opt->f_number;
     res->cutoff_per_m = 1 / (GREEN_M * f_number);
-    res->sd_m = deviation(hf);
+    struct roughness r;
+    if (!hfield_roughness(&r, hf, e))
+        return false;
+    res->sd_m = r.sq_m;
     meta_set_num(&hf->meta, "nacre.cutoff_per_m", res->cutoff_per_m);
     meta_set_text(&hf->meta, "nacre.channel", res->channel);
     return true;

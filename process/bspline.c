@@ -138,6 +138,20 @@ void bspline_weights(double x, double w[4])
     w[3] = x * x * x / 6;
 }
 
+double bspline_at(const float *c, int w, int h, double x, double y)
+{
+    const int i = (int)floor(x), j = (int)floor(y);
+    double wx[4], wy[4], sum = 0;
+    bspline_weights(x - i, wx);
+    bspline_weights(y - j, wy);
+    for (int q = 0; q < 4; q++) {
+        const float *row = c + (size_t)bspline_mirror(j - 1 + q, h) * (size_t)w;
+        for (int p = 0; p < 4; p++)
+            sum += wy[q] * wx[p] * (double)row[bspline_mirror(i - 1 + p, w)];
+    }
+    return sum;
+}
+
 void bspline_fit_vectors(double *v, int n, size_t stride, size_t lanes)
 {
     const double z = sqrt(3) - 2;

@@ -42,6 +42,9 @@ static inline void bspline_weights_5(float f, float w[6])
 // way to share a point's value out to four nodes; the fit then keeps its value, place and width.
 void bspline_weights(double x, double w[4]);
 
+// A cubic fit's value at (x, y), mirrored beyond the border.
+double bspline_at(const float *c, int w, int h, double x, double y);
+
 // Cubic, n vectors of `lanes` values, `stride` apart, zero beyond the ends.
 void bspline_fit_vectors(double *v, int n, size_t stride, size_t lanes);
 

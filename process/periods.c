@@ -120,7 +120,27 @@ static bool spectrum2_init(struct spectrum2 *s, const struct field *f, struct er
     return ok;
 }
 
-// The strongest bin more than 2.5 bins from zero, and not within 20 degrees of `other` (NULL: any).
+static float power_of(const struct spectrum2 *s, int i, int row)
+{
+    const int sign = i < 0 || i >= s->half ? -1 : 1; // a real field: P(-k) = P(k)
+    i = ((sign * i) % s->nx + s->nx) % s->nx;
+    row = ((sign * row) % s->ny + s->ny) % s->ny;
+    return s->power[(size_t)row * (size_t)s->half + (size_t)i];
+}
+
+// No slope of a stronger one, as a scan's bow makes them.
+static bool is_peak(const struct spectrum2 *s, int i, int row)
+{
+    const float here = power_of(s, i, row);
+    for (int q = -1; q <= 1; q++)
+        for (int p = -1; p <= 1; p++)
+            if (power_of(s, i + p, row + q) > here)
+                return false;
+    return true;
+}
+
+// The strongest peak more than 2.5 bins from zero, and not within 20 degrees of `other` (NULL:
+// any).
 static bool strongest(const struct spectrum2 *s, const struct hfield *hf,
                       const struct period *other, float least, double *p, double *q)
 {
@@ -130,7 +150,7 @@ static bool strongest(const struct spectrum2 *s, const struct hfield *hf,
         for (int i = 0; i < s->half; i++) {
             const int row = j <= s->ny / 2 ? j : j - s->ny;
             const float power = s->power[(size_t)j * (size_t)s->half + (size_t)i];
-            if (power <= best || hypot(i, row) < 2.5)
+            if (power <= best || hypot(i, row) < 2.5 || !is_peak(s, i, row))
                 continue;
             const double fx = i / (s->nx * hf->dx_m), fy = row / (s->ny * hf->dy_m);
             if (other && fabs(remainder(atan2(fy, fx) - other->direction_rad, M_PI)) < M_PI / 9)

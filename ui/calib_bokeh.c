@@ -130,15 +130,8 @@ static bool parse(const struct calib_args *a, struct bokeh_record *r, struct err
     r->lines_per_m = a->lines_per_m;
     r->blaze_rad = a->blaze_rad;
     r->turn_rad = NAN;
-    if (a->turn && strcmp(a->turn, "auto")) {
-        // a bare number is degrees here: the contract's --turn DEG
-        char *end;
-        const double degrees = strtod(a->turn, &end);
-        if (end != a->turn && !*end && isfinite(degrees))
-            r->turn_rad = degrees * M_PI / 180;
-        else if (!quantity_parse(a->turn, UNIT_RAD, &r->turn_rad, e))
-            return err_in(e, "--turn");
-    }
+    if (a->turn && strcmp(a->turn, "auto") && !cli_degrees(a->turn, &r->turn_rad, e))
+        return err_in(e, "--turn");
     return true;
 }
 

@@ -221,6 +221,16 @@ int cli_main(int argc, char **argv, const struct command *const commands[])
     return ERR_USAGE;
 }
 
+bool cli_degrees(const char *text, double *rad, struct err *e)
+{
+    char *end;
+    const double degrees = strtod(text, &end);
+    if (end == text || *end || !isfinite(degrees))
+        return quantity_parse(text, UNIT_RAD, rad, e);
+    *rad = degrees * M_PI / 180;
+    return true;
+}
+
 int cli_numbers(const char *text, enum unit unit, double *out, int max, struct err *e)
 {
     char *copy = xstrdup(text), *save = NULL;

@@ -59,6 +59,9 @@ int cli_main(int argc, char **argv, const struct command *const commands[]);
 // "1,2.5,3" (each with a unit) into out[0..max): count, or -1 with ERR_USAGE.
 int cli_numbers(const char *text, enum unit unit, double *out, int max, struct err *e);
 
+// An angle in which a bare number is degrees ("13", "13deg", "0.2rad"); ERR_USAGE.
+bool cli_degrees(const char *text, double *rad, struct err *e);
+
 // Results. Keys may hold dots to nest ("error.l2"); each call prints in order.
 void doc_num(struct doc *d, const char *key, double value); // NAN becomes null
 void doc_int(struct doc *d, const char *key, long value);

@@ -10,6 +10,7 @@ extern const struct command cmd_hdr;
 extern const struct command cmd_lut;
 extern const struct command cmd_bokeh;
 extern const struct command cmd_deconvolve;
+extern const struct command cmd_height;
 extern const struct command cmd_tables;
 extern const struct command cmd_eval;
 extern const struct command cmd_export;

@@ -35,8 +35,9 @@ bool heights_read(struct hfield *hf, const char *path, const struct heights_opts
     if (!hfield_read(&got, path, &hints, e))
         return false;
     long filled = 0;
-    const bool ok = o->fill ? hfield_fill(&got, &filled, e) || err_in(e, "%s", path)
-                            : check_holes(&got, path, e);
+    const bool ok = o->holes  ? true
+                    : o->fill ? hfield_fill(&got, &filled, e) || err_in(e, "%s", path)
+                              : check_holes(&got, path, e);
     if (filled)
         log_note("%s: filled %ld nodes of %ld", path, filled, (long)got.nx * got.ny);
     if (!ok) {

@@ -11,6 +11,7 @@ static const struct command *const commands[] = {
     &cmd_lut,
     &cmd_bokeh,
     &cmd_deconvolve,
+    &cmd_height,
     &cmd_tables,
     &cmd_slits,
     &cmd_eval,
