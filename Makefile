@@ -29,10 +29,14 @@ check: release dev
 bench: release
 	@$(BUILD)/bin/nacre bench
 
+# What some benchmarks compare with where it is installed; nacre itself never needs it.
+bench-peers:
+	@if [ $$(id -u) = 0 ]; then apt-get install -y python3-skimage; else sudo apt-get install -y python3-skimage; fi
+
 format: deps
 	@git ls-files '*.c' '*.h' '*.cpp' | xargs clang-format -i
 
 clean:
 	@rm -rf build build-dev build-tsan demo-out gallery-out
 
-.PHONY: all deps release dev demo gallery check bench format clean
+.PHONY: all deps release dev demo gallery check bench bench-peers format clean

@@ -55,8 +55,8 @@ void *sample_alloc(size_t count, size_t size, const char *what, struct err *e)
                 (double)count * (double)size * 1e-9, (double)machine * 1e-9);
         return NULL;
     }
-    const size_t huge = (size_t)2 << 20, unit = bytes >= 4 * huge ? huge : 64;
-    const size_t whole = (bytes + unit) / unit * unit;
+    const size_t huge = (size_t)2 << 20, unit = bytes >= 2 * huge ? huge : 64;
+    const size_t whole = (bytes + unit - 1 + !bytes) / unit * unit;
     void *p = aligned_alloc(unit, whole);
     if (!p) {
         err_set(e, ERR_FILE, "%s: no memory for %.3g GB", what, (double)bytes * 1e-9);

@@ -1,19 +1,17 @@
-// blur.c - separable Gaussian passes in bands of rows, or FFTs on the reflected picture.
+// blur.c - direct passes for small Gaussians, FFTs on the reflected picture for any other PSF.
 #define _GNU_SOURCE
 #include "process/blur.h"
 #include "core/mem.h"
+#include "process/blur_direct.h"
 #include "process/fft.h"
 #include <math.h>
-#include <omp.h>
 #include <stdlib.h>
 #include <string.h>
 
 struct blur {
     int w, h;
-    // direct: kernel[0..radius] is one half; all taps are symmetric
-    float *kernel;
-    int radius;
-    // FFT: the picture with px, py reflected samples on each side, in a transform of fw x fh
+    struct direct direct; // taps NULL: FFT
+    // the picture with px, py reflected samples on each side, in a transform of fw x fh
     struct fft *forward, *backward;
     float *plane;    // [fh][fw]
     float *spectrum; // [fh][fw/2+1][2]
@@ -21,120 +19,13 @@ struct blur {
     int px, py, fw, fh;
 };
 
-enum { LANES = 32, STRIP = 256, BAND = 256 }; // samples in registers; a tile of the result
-
-// Index of the reflected sample; |i| may exceed the side by any amount.
-static int reflect(int i, int n)
+int blur_reflect(int i, int n)
 {
-    const int period = 2 * n;
-    i = ((i % period) + period) % period;
-    return i < n ? i : period - 1 - i;
-}
-
-// Sixteen samples, loaded from anywhere. Without AVX-512 the compiler takes two or four registers
-// for it.
-typedef float vec __attribute__((vector_size(64), aligned(4), may_alias));
-
-// A macro: a function that returns a vec would have another ABI in each clone.
-#define load(p) (*(const vec *)(p))
-
-#define CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
-
-// out[i] = k[0] in[i] + sum over m of k[m] (in[i - m] + in[i + m]), along a row.
-CLONES static void row_pass(const float *in, float *out, int n, const float *k, int radius)
-{
-    int i = 0;
-    for (; i + LANES <= n; i += LANES) {
-        vec a = k[0] * load(in + i), b = k[0] * load(in + i + 16);
-        for (int m = 1; m <= radius; m++) {
-            a += k[m] * (load(in + i - m) + load(in + i + m));
-            b += k[m] * (load(in + i + 16 - m) + load(in + i + 16 + m));
-        }
-        *(vec *)(out + i) = a;
-        *(vec *)(out + i + 16) = b;
+    if (i < -n || i >= 2 * n) {
+        const int period = 2 * n;
+        i = ((i % period) + period) % period;
     }
-    for (; i < n; i++) {
-        float sum = k[0] * in[i];
-        for (int m = 1; m <= radius; m++)
-            sum += k[m] * (in[i - m] + in[i + m]);
-        out[i] = sum;
-    }
-}
-
-// The same down the columns; row[m] for m in -radius..radius are the rows around.
-CLONES static void column_pass(const float *const *row, float *out, int n, const float *k,
-                               int radius)
-{
-    int i = 0;
-    for (; i + LANES <= n; i += LANES) {
-        vec a = k[0] * load(row[0] + i), b = k[0] * load(row[0] + i + 16);
-        for (int m = 1; m <= radius; m++) {
-            a += k[m] * (load(row[-m] + i) + load(row[m] + i));
-            b += k[m] * (load(row[-m] + i + 16) + load(row[m] + i + 16));
-        }
-        *(vec *)(out + i) = a;
-        *(vec *)(out + i + 16) = b;
-    }
-    for (; i < n; i++) {
-        float sum = k[0] * row[0][i];
-        for (int m = 1; m <= radius; m++)
-            sum += k[m] * (row[-m][i] + row[m][i]);
-        out[i] = sum;
-    }
-}
-
-struct scratch {       // of one thread
-    float *line;       // [radius + STRIP + radius] part of a row with its neighbours or reflections
-    float *ring;       // [2 radius + 1][STRIP + 16] rows blurred along themselves
-    float *done;       // [STRIP]
-    const float **row; // [BAND + 2 radius] where in the ring each row of the band lies
-};
-
-// A tile of the result: each row is blurred along itself into a ring of as many rows as the kernel
-// is high, which the cache holds; once it is full, every new row completes one row of the result.
-static void direct_tile(const struct blur *b, const float *in, int left, int top, struct scratch *s,
-                        blur_on_run *fn, void *ctx)
-{
-    const int w = b->w, r = b->radius, high = 2 * r + 1;
-    const int n = left + STRIP < w ? STRIP : w - left, rows = top + BAND < b->h ? BAND : b->h - top;
-    const int skip = left < r ? r - left : 0; // samples of the line that lie beyond the border
-    const int end = left + n + r > w ? w - left + r : n + 2 * r;
-    for (int k = 0; k < rows + 2 * r; k++) {
-        const float *from = in + (size_t)reflect(top - r + k, b->h) * (size_t)w;
-        memcpy(s->line + skip, from + left - r + skip, (size_t)(end - skip) * sizeof *from);
-        for (int i = 0; i < skip; i++)
-            s->line[i] = from[reflect(left - r + i, w)];
-        for (int i = end; i < n + 2 * r; i++)
-            s->line[i] = from[reflect(left - r + i, w)];
-        float *to = s->ring + (size_t)(k % high) * (STRIP + 16);
-        row_pass(s->line + r, to, n, b->kernel, r);
-        s->row[k] = to;
-        if (k >= 2 * r) {
-            column_pass(s->row + (k - r), s->done, n, b->kernel, r);
-            fn(ctx, left, top + k - 2 * r, n, s->done);
-        }
-    }
-}
-
-static void direct(const struct blur *b, const float *in, blur_on_run *fn, void *ctx)
-{
-    const int bands = (b->h + BAND - 1) / BAND, strips = (b->w + STRIP - 1) / STRIP;
-#pragma omp parallel
-    {
-        const size_t r = (size_t)b->radius;
-        struct scratch s = {.line = xcalloc(STRIP + 2 * r, sizeof(float)),
-                            .ring = xcalloc((2 * r + 1) * (STRIP + 16), sizeof(float)),
-                            .done = xcalloc(STRIP, sizeof(float)),
-                            .row = xcalloc(BAND + 2 * r, sizeof(float *))};
-#pragma omp for schedule(static) collapse(2)
-        for (int band = 0; band < bands; band++)
-            for (int strip = 0; strip < strips; strip++)
-                direct_tile(b, in, strip * STRIP, band * BAND, &s, fn, ctx);
-        free(s.line);
-        free(s.ring);
-        free(s.done);
-        free(s.row);
-    }
+    return i < 0 ? -1 - i : i < n ? i : 2 * n - 1 - i;
 }
 
 // plane := plane convolved with the PSF, or correlated when `adjoint`.
@@ -152,20 +43,20 @@ static void convolve(struct blur *b, bool adjoint)
     fft_run(b->backward, b->spectrum, b->plane);
 }
 
-void blur_apply_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx)
+static float *plane_row(const struct blur *b, int j)
 {
-    if (!b->forward) {
-        direct(b, in, fn, ctx);
-        return;
-    }
+    return b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px;
+}
+
+// plane := H in, in its middle.
+static void transform(struct blur *b, const float *in)
+{
     memset(b->plane, 0, (size_t)b->fw * (size_t)b->fh * sizeof *b->plane);
     for (int j = -b->py; j < b->h + b->py; j++)
         for (int i = -b->px; i < b->w + b->px; i++)
-            b->plane[(size_t)(j + b->py) * (size_t)b->fw + (size_t)(i + b->px)] =
-                in[(size_t)reflect(j, b->h) * (size_t)b->w + (size_t)reflect(i, b->w)];
+            plane_row(b, j)[i] =
+                in[(size_t)blur_reflect(j, b->h) * (size_t)b->w + (size_t)blur_reflect(i, b->w)];
     convolve(b, false);
-    for (int j = 0; j < b->h; j++)
-        fn(ctx, 0, j, b->w, b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px);
 }
 
 // What was reflected outwards folds back: first the columns at the sides, then the rows above and
@@ -176,35 +67,73 @@ static void fold(struct blur *b)
     for (int j = 0; j < b->h + 2 * b->py; j++) {
         float *row = b->plane + (size_t)j * fw + b->px;
         for (int i = 1; i <= b->px; i++) {
-            row[reflect(-i, b->w)] += row[-i];
-            row[reflect(b->w - 1 + i, b->w)] += row[b->w - 1 + i];
+            row[blur_reflect(-i, b->w)] += row[-i];
+            row[blur_reflect(b->w - 1 + i, b->w)] += row[b->w - 1 + i];
         }
     }
     for (int q = 1; q <= b->py; q++) {
         const int beyond[2] = {-q, b->h - 1 + q};
         for (int k = 0; k < 2; k++) {
             const float *from = b->plane + (size_t)(beyond[k] + b->py) * fw + b->px;
-            float *to = b->plane + (size_t)(reflect(beyond[k], b->h) + b->py) * fw + b->px;
+            float *to = b->plane + (size_t)(blur_reflect(beyond[k], b->h) + b->py) * fw + b->px;
             for (int i = 0; i < b->w; i++)
                 to[i] += from[i];
         }
     }
 }
 
-void blur_adjoint_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx)
+// plane := H^T of its middle, in its middle.
+static void transform_back(struct blur *b)
 {
-    if (!b->forward) { // a symmetric kernel between reflecting borders is its own adjoint
-        direct(b, in, fn, ctx);
-        return;
+    const size_t right = (size_t)(b->fw - b->px - b->w);
+    memset(b->plane, 0, (size_t)b->py * (size_t)b->fw * sizeof *b->plane);
+    for (int j = 0; j < b->h; j++) {
+        memset(plane_row(b, j) - b->px, 0, (size_t)b->px * sizeof *b->plane);
+        memset(plane_row(b, j) + b->w, 0, right * sizeof *b->plane);
     }
-    memset(b->plane, 0, (size_t)b->fw * (size_t)b->fh * sizeof *b->plane);
-    for (int j = 0; j < b->h; j++)
-        memcpy(b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px,
-               in + (size_t)j * (size_t)b->w, (size_t)b->w * sizeof *in);
+    memset(plane_row(b, b->h) - b->px, 0,
+           (size_t)(b->fh - b->py - b->h) * (size_t)b->fw * sizeof *b->plane);
     convolve(b, true);
     fold(b);
+}
+
+static void hand_out(struct blur *b, blur_on_run *fn, void *ctx)
+{
     for (int j = 0; j < b->h; j++)
-        fn(ctx, 0, j, b->w, b->plane + (size_t)(j + b->py) * (size_t)b->fw + b->px);
+        fn(ctx, &(struct blur_run){0, j, b->w, false, plane_row(b, j)});
+}
+
+void blur_round(struct blur *b, const float *in, blur_on_run *between, blur_on_run *fn, void *ctx)
+{
+    if (b->direct.taps) { // a symmetric kernel between reflecting borders is its own adjoint
+        direct_round(&b->direct, in, between, fn, ctx);
+        return;
+    }
+    transform(b, in);
+    hand_out(b, between, ctx);
+    transform_back(b);
+    hand_out(b, fn, ctx);
+}
+
+size_t blur_stride(const struct blur *b)
+{
+    return (size_t)(b->direct.steps ? 16 * b->direct.steps : b->w);
+}
+
+void blur_order(const struct blur *b, const float *in, float *out)
+{
+    if (b->direct.steps)
+        direct_order(&b->direct, in, out);
+    else
+        memcpy(out, in, (size_t)b->w * (size_t)b->h * sizeof *out);
+}
+
+void blur_unorder(const struct blur *b, const float *in, float *out)
+{
+    if (b->direct.steps)
+        direct_unorder(&b->direct, in, out);
+    else
+        memcpy(out, in, (size_t)b->w * (size_t)b->h * sizeof *out);
 }
 
 struct store {
@@ -212,25 +141,40 @@ struct store {
     int w;
 };
 
-static void store_run(void *ctx, int i, int j, int n, const float *run)
+static void store_run(void *ctx, const struct blur_run *run)
 {
     const struct store *s = ctx;
-    memcpy(s->out + (size_t)j * (size_t)s->w + i, run, (size_t)n * sizeof *run);
+    memcpy(s->out + (size_t)run->j * (size_t)s->w + run->i, run->px,
+           (size_t)run->n * sizeof *run->px);
 }
 
 void blur_apply(struct blur *b, const float *in, float *out)
 {
-    blur_apply_to(b, in, store_run, &(struct store){out, b->w});
+    struct store to = {out, b->w};
+    if (b->direct.taps) {
+        direct_apply(&b->direct, in, store_run, &to);
+        return;
+    }
+    transform(b, in);
+    hand_out(b, store_run, &to);
 }
 
 void blur_adjoint(struct blur *b, const float *in, float *out)
 {
-    blur_adjoint_to(b, in, store_run, &(struct store){out, b->w});
+    struct store to = {out, b->w};
+    if (b->direct.taps) {
+        direct_apply(&b->direct, in, store_run, &to);
+        return;
+    }
+    for (int j = 0; j < b->h; j++)
+        memcpy(plane_row(b, j), in + (size_t)j * (size_t)b->w, (size_t)b->w * sizeof *in);
+    transform_back(b);
+    hand_out(b, store_run, &to);
 }
 
 bool blur_is_symmetric(const struct blur *b)
 {
-    return !b->forward;
+    return b->direct.taps;
 }
 
 void blur_free(struct blur *b)
@@ -239,7 +183,7 @@ void blur_free(struct blur *b)
         return;
     fft_free(b->forward);
     fft_free(b->backward);
-    free(b->kernel);
+    direct_finish(&b->direct);
     free(b->plane);
     free(b->spectrum);
     free(b->psf);
@@ -292,16 +236,27 @@ struct blur *blur_psf(int w, int h, const float *psf, int pw, int ph, struct err
 }
 
 // The Gaussian integrated over each pixel would blur by the pixel twice: the samples of the curve
-// are it.
-static float *gauss_kernel(double sigma_px, int radius)
+// are it. One half.
+static double *gauss_kernel(double sigma_px, int radius)
 {
-    float *k = xcalloc((size_t)radius + 1, sizeof *k);
-    double sum = 0;
+    double *k = xcalloc((size_t)radius + 1, sizeof *k), sum = 0;
     for (int m = -radius; m <= radius; m++)
         sum += exp(-0.5 * m * m / (sigma_px * sigma_px));
     for (int m = 0; m <= radius; m++)
-        k[m] = (float)(exp(-0.5 * m * m / (sigma_px * sigma_px)) / sum);
+        k[m] = exp(-0.5 * m * m / (sigma_px * sigma_px)) / sum;
     return k;
+}
+
+static struct blur *gauss_by_fft(int w, int h, const double *k, int radius, struct err *e)
+{
+    const int n = 2 * radius + 1;
+    float *psf = sample_alloc((size_t)n * (size_t)n, sizeof *psf, "blur", e);
+    for (int j = 0; psf && j < n; j++)
+        for (int i = 0; i < n; i++)
+            psf[j * n + i] = (float)(k[abs(i - radius)] * k[abs(j - radius)]);
+    struct blur *b = psf ? blur_psf(w, h, psf, n, n, e) : NULL;
+    free(psf);
+    return b;
 }
 
 struct blur *blur_gauss(int w, int h, double sigma_px, struct err *e)
@@ -317,19 +272,18 @@ struct blur *blur_gauss(int w, int h, double sigma_px, struct err *e)
         FFT_RADIUS = 110
     }; // measured at 1024 x 1024, one thread: beyond it two FFTs are cheaper
     const int radius = (int)ceil(4 * sigma_px);
-    float *kernel = gauss_kernel(sigma_px, radius);
-    if (radius <= FFT_RADIUS || 2 * radius + 1 > side) {
-        struct blur *b = xcalloc(1, sizeof *b);
-        *b = (struct blur){.w = w, .h = h, .kernel = kernel, .radius = radius};
-        return b;
+    double *kernel = gauss_kernel(sigma_px, radius);
+    struct blur *b;
+    if (radius > FFT_RADIUS && 2 * radius + 1 <= side) {
+        b = gauss_by_fft(w, h, kernel, radius, e);
+    } else {
+        b = xcalloc(1, sizeof *b);
+        *b = (struct blur){.w = w, .h = h};
+        if (!direct_init(&b->direct, w, h, kernel, radius, e)) {
+            free(b);
+            b = NULL;
+        }
     }
-    const int n = 2 * radius + 1;
-    float *psf = xcalloc((size_t)n * (size_t)n, sizeof *psf);
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++)
-            psf[j * n + i] = kernel[abs(i - radius)] * kernel[abs(j - radius)];
-    struct blur *b = blur_psf(w, h, psf, n, n, e);
-    free(psf);
     free(kernel);
     return b;
 }

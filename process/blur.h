@@ -6,6 +6,7 @@
 // cores.
 #pragma once
 #include "core/err.h"
+#include <stddef.h>
 
 struct blur;
 
@@ -18,15 +19,29 @@ struct blur *blur_gauss(int w, int h, double sigma_px, struct err *e);
 // NULL and ERR_DATA when it is negative somewhere, sums to nothing, or is larger than the picture.
 struct blur *blur_psf(int w, int h, const float *psf, int pw, int ph, struct err *e);
 
-// Takes n samples of a result's row j, from column i on, while they are in the cache. From any
-// thread.
-typedef void blur_on_run(void *ctx, int i, int j, int n, const float *run);
-
 void blur_apply(struct blur *b, const float *in, float *out);   // [h][w] each; in and out differ
 void blur_adjoint(struct blur *b, const float *in, float *out); // <blur x, y> = <x, adjoint y>
 
-// The same, handing the samples to `fn` instead of storing them. fn may not write to `in`.
-void blur_apply_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx);
-void blur_adjoint_to(struct blur *b, const float *in, blur_on_run *fn, void *ctx);
+// A round takes rows in an order of the blur's own, `stride` samples each, w of them the picture's
+// and the others padding, which is 0 in `out` and must stay finite.
+size_t blur_stride(const struct blur *b);
+void blur_order(const struct blur *b, const float *in, float *out); // [h][w] to [h][stride]
+void blur_unorder(const struct blur *b, const float *in, float *out);
+
+struct blur_run { // samples of a row in that order, while they are in the cache
+    int i, j, n;  // places i .. i + n - 1 of row j
+    bool again;   // another thread hands out the same samples too, and they are its own
+    float *px;    // [n]
+};
+typedef void blur_on_run(void *ctx, const struct blur_run *run); // from any thread
+
+// adjoint(between(blur(in))): `between` changes the blur's samples in place, `fn` takes the
+// result's. Neither may write to `in`. Much faster than one after the other: rows stay in the
+// cache.
+void blur_round(struct blur *b, const float *in, blur_on_run *between, blur_on_run *fn, void *ctx);
+
 bool blur_is_symmetric(const struct blur *b); // then it is its own adjoint, and keeps every sum
 void blur_free(struct blur *b);               // accepts NULL
+
+// Index of the sample of 0 .. n - 1 that stands for i: any, also far beyond the borders.
+int blur_reflect(int i, int n);

@@ -7,32 +7,37 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define CLONES __attribute__((target_clones("avx512f", "arch=haswell", "default")))
+
+// Pictures are [h][stride] in the blur's order (process/blur.h) unless they are called plain; their
+// padding is 0.
 struct rl {
     struct blur *b;
     int w, h;
-    size_t n;
-    const float *data; // [h][w], >= 0
-    float *keep;       // [h][w] 1 where a sample is used, 0 where held out; NULL: all used
-    float *norm;       // [h][w] 1 / H^T keep; NULL: 1 everywhere
-    float *ratio;      // [h][w] d / H u, scratch
-    float *pull;       // [h][w] the factor of total variation; NULL: none
+    size_t stride, n;  // n = h stride
+    const float *data; // >= 0
+    float *keep;       // 1 where a sample is used, 0 where held out; NULL: all used
+    float *norm;       // 1 / H^T keep; NULL: 1 everywhere
+    float *pull;       // the factor of total variation; NULL: none
+    float *plain[2];   // [h][w] scratch; the second only for total variation
     double least;      // a model sample under it counts as dark: no division
     double tv;
 };
 
-// Sum of f over the rows in double, rows in order: the same bytes for any number of threads.
-#define SUM_ROWS(rl, result, expression)                                                           \
+// Sum of f over rows of `width` samples in double, rows in order: the same bytes for any number of
+// threads.
+#define SUM_ROWS(result, rows, width, expression)                                                  \
     do {                                                                                           \
-        double *part = xcalloc((size_t)(rl)->h, sizeof *part);                                     \
-        _Pragma("omp parallel for schedule(static)") for (int j = 0; j < (rl)->h; j++)             \
+        double *part = xcalloc((size_t)(rows), sizeof *part);                                      \
+        _Pragma("omp parallel for schedule(static)") for (int j = 0; j < (rows); j++)              \
         {                                                                                          \
             double sum = 0;                                                                        \
-            for (size_t k = (size_t)j * (size_t)(rl)->w, end = k + (size_t)(rl)->w; k < end; k++)  \
+            for (size_t k = (size_t)j * (width), end = k + (width); k < end; k++)                  \
                 sum += (expression);                                                               \
             part[j] = sum;                                                                         \
         }                                                                                          \
         (result) = 0;                                                                              \
-        for (int j = 0; j < (rl)->h; j++)                                                          \
+        for (int j = 0; j < (rows); j++)                                                           \
             (result) += part[j];                                                                   \
         free(part);                                                                                \
     } while (0)
@@ -56,14 +61,16 @@ static float curvature(const struct rl *r, const float *u, int i, int j, float s
 }
 
 // The factor of total variation (Dey et al. 2006); |curvature| <= 4 and tv < 0.1 keep it positive.
-static void pull_flat(const struct rl *r, const float *u, float *factor)
+static void pull_flat(const struct rl *r, const float *u)
 {
     const float smooth = (float)(1e6 * r->least), tv = (float)r->tv;
+    blur_unorder(r->b, u, r->plain[0]);
 #pragma omp parallel for schedule(static)
     for (int j = 0; j < r->h; j++)
         for (int i = 0; i < r->w; i++)
-            factor[(size_t)j * (size_t)r->w + (size_t)i] =
-                1 / (1 - tv * curvature(r, u, i, j, smooth));
+            r->plain[1][(size_t)j * (size_t)r->w + (size_t)i] =
+                1 / (1 - tv * curvature(r, r->plain[0], i, j, smooth));
+    blur_order(r->b, r->plain[1], r->pull);
 }
 
 struct turn { // one iteration, as the blurs' samples come
@@ -72,43 +79,54 @@ struct turn { // one iteration, as the blurs' samples come
     float *next, *model; // model NULL: not kept
 };
 
-static void take_ratio(void *ctx, int i, int j, int n, const float *run)
+// Blurred rows come in fours: asks for those of the next turn.
+static inline void prefetch(const float *px, int n, bool to_write)
+{
+    for (int k = 0; k < n; k += 16)
+        if (to_write)
+            __builtin_prefetch(px + k, 1);
+        else
+            __builtin_prefetch(px + k, 0);
+}
+
+CLONES static void take_ratio(void *ctx, const struct blur_run *run)
 {
     const struct turn *t = ctx;
     const struct rl *r = t->r;
-    const size_t at = (size_t)j * (size_t)r->w + (size_t)i;
+    const size_t at = (size_t)run->j * r->stride + (size_t)run->i;
     const float *data = r->data + at, least = (float)r->least;
-    float *ratio = r->ratio + at;
-    for (int k = 0; k < n; k++)
-        ratio[k] = run[k] > least ? data[k] / run[k] : 0;
+    float *px = run->px;
+    if (t->model && !run->again)
+        memcpy(t->model + at, px, (size_t)run->n * sizeof *px);
+    prefetch(data + 4 * r->stride, run->n, false);
+    for (int k = 0; k < run->n; k++)
+        px[k] = px[k] > least ? data[k] / px[k] : 0;
     if (r->keep)
-        for (int k = 0; k < n; k++)
-            ratio[k] *= r->keep[at + (size_t)k];
-    if (t->model)
-        memcpy(t->model + at, run, (size_t)n * sizeof *run);
+        for (int k = 0; k < run->n; k++)
+            px[k] *= r->keep[at + (size_t)k];
 }
 
-static void take_factor(void *ctx, int i, int j, int n, const float *run)
+CLONES static void take_factor(void *ctx, const struct blur_run *run)
 {
     const struct turn *t = ctx;
-    const size_t at = (size_t)j * (size_t)t->r->w + (size_t)i;
-    const float *u = t->u + at, *norm = t->r->norm;
-    float *next = t->next + at;
-    for (int k = 0; k < n; k++) // an FFT's adjoint may dip under 0 by rounding
-        next[k] = run[k] > 0 ? u[k] * run[k] : 0;
+    const size_t at = (size_t)run->j * t->r->stride + (size_t)run->i;
+    const float *u = t->u + at, *norm = t->r->norm, *px = run->px;
+    float *restrict next = t->next + at;
+    prefetch(next + 4 * t->r->stride, run->n, true);
+    for (int k = 0; k < run->n; k++) // an FFT's adjoint may dip under 0 by rounding
+        next[k] = px[k] > 0 ? u[k] * px[k] : 0;
     if (norm)
-        for (int k = 0; k < n; k++)
+        for (int k = 0; k < run->n; k++)
             next[k] *= norm[at + (size_t)k];
 }
 
-// One iteration: next from u, which may be the same. H u is left in model unless that is NULL.
+// One iteration: next from u, another array. H u is left in model unless that is NULL.
 static void iterate(struct rl *r, const float *u, float *next, float *model)
 {
     struct turn t = {r, u, next, model};
-    if (r->tv > 0) // needs the neighbours of u, so before u is overwritten
-        pull_flat(r, u, r->pull);
-    blur_apply_to(r->b, u, take_ratio, &t);
-    blur_adjoint_to(r->b, r->ratio, take_factor, &t);
+    if (r->tv > 0)
+        pull_flat(r, u);
+    blur_round(r->b, u, take_ratio, take_factor, &t);
     if (r->tv > 0)
         for (size_t k = 0; k < r->n; k++)
             next[k] *= r->pull[k];
@@ -119,7 +137,7 @@ static void iterate(struct rl *r, const float *u, float *next, float *model)
 struct path {
     struct rl *r;
     bool accelerate;
-    float *u, *last, *start, *change, *change_last; // [h][w]
+    float *u, *start, *last, *change, *change_last; // [h][w]; start: from where, or the next u
     int k;
 };
 
@@ -128,14 +146,17 @@ static void path_step(struct path *p, float *model)
 {
     struct rl *r = p->r;
     if (!p->accelerate) {
-        iterate(r, p->u, p->u, model);
+        iterate(r, p->u, p->start, model);
+        float *swap = p->u;
+        p->u = p->start;
+        p->start = swap;
         p->k++;
         return;
     }
     double above = 0, below = 0;
     if (p->k >= 2) {
-        SUM_ROWS(r, above, (double)p->change[k] * (double)p->change_last[k]);
-        SUM_ROWS(r, below, (double)p->change_last[k] * (double)p->change_last[k]);
+        SUM_ROWS(above, r->h, r->stride, (double)p->change[k] * (double)p->change_last[k]);
+        SUM_ROWS(below, r->h, r->stride, (double)p->change_last[k] * (double)p->change_last[k]);
     }
     const float alpha = below > 0 ? (float)fmax(0, fmin(0.95, above / below)) : 0;
     for (size_t k = 0; k < r->n; k++) {
@@ -166,14 +187,15 @@ static void path_finish(struct path *p)
 static bool path_init(struct path *p, struct rl *r, bool accelerate, double mean, struct err *e)
 {
     *p = (struct path){.r = r, .accelerate = accelerate};
-    float **buffer[] = {&p->u, &p->last, &p->start, &p->change, &p->change_last};
-    for (int k = 0; k < (accelerate ? 5 : 1); k++)
+    float **buffer[] = {&p->u, &p->start, &p->last, &p->change, &p->change_last};
+    for (int k = 0; k < (accelerate ? 5 : 2); k++)
         if (!(*buffer[k] = sample_alloc(r->n, sizeof(float), "deconvolution", e))) {
             path_finish(p);
             return false;
         }
-    for (size_t k = 0; k < r->n; k++)
-        p->u[k] = (float)mean;
+    for (size_t k = 0; k < (size_t)r->w * (size_t)r->h; k++)
+        r->plain[0][k] = (float)mean;
+    blur_order(r->b, r->plain[0], p->u);
     return true;
 }
 
@@ -184,12 +206,13 @@ static uint32_t hash(uint32_t x)
     return x ^ (x >> 16);
 }
 
-// norm := 1 / H^T keep, and 1 where nothing is kept near.
-static void make_norm(struct rl *r, const float *keep, float *norm)
+// norm := 1 / H^T keep, and 1 where nothing is kept near; keep plain, `scratch` too.
+static void make_norm(struct rl *r, const float *keep, float *scratch, float *norm)
 {
-    blur_adjoint(r->b, keep, norm);
-    for (size_t k = 0; k < r->n; k++)
-        norm[k] = norm[k] > 1e-6f ? 1 / norm[k] : 1;
+    blur_adjoint(r->b, keep, scratch);
+    for (size_t k = 0; k < (size_t)r->w * (size_t)r->h; k++)
+        scratch[k] = scratch[k] > 1e-6f ? 1 / scratch[k] : 1;
+    blur_order(r->b, scratch, norm);
 }
 
 // Runs with one sample in ten held out; the count at which the model predicts those best.
@@ -203,9 +226,11 @@ static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt
     float *model = sample_alloc(r->n, sizeof *model, "deconvolution", e);
     const bool ok = keep && norm && model && path_init(&p, r, opt->accelerate, mean, e);
     if (ok) {
-        for (size_t k = 0; k < r->n; k++)
-            keep[k] = hash((uint32_t)k) % 10 != 0;
-        make_norm(r, keep, norm);
+        float *plain = r->plain[0];
+        for (size_t k = 0; k < (size_t)r->w * (size_t)r->h; k++)
+            plain[k] = hash((uint32_t)k) % 10 != 0;
+        make_norm(r, plain, model, norm);
+        blur_order(r->b, plain, keep);
         float *old_norm = r->norm;
         r->keep = keep;
         r->norm = norm;
@@ -214,10 +239,11 @@ static bool choose_iterations(struct rl *r, const struct deconvolve_options *opt
         for (int it = 0; it <= most; it++) { // each step leaves H u of the picture before it
             path_step(&p, model);
             double miss = 0;
-            SUM_ROWS(r, miss,
-                     r->keep[k] > 0 ? 0
-                                    : ((double)model[k] - (double)r->data[k]) *
-                                          ((double)model[k] - (double)r->data[k]));
+            SUM_ROWS(miss, r->h, r->stride,
+                     r->keep[k] > 0 || !(norm[k] > 0) // used, or padding
+                         ? 0
+                         : ((double)model[k] - (double)r->data[k]) *
+                               ((double)model[k] - (double)r->data[k]));
             if (miss < least) {
                 least = miss;
                 *best = it;
@@ -262,26 +288,31 @@ bool deconvolve(struct blur *b, int w, int h, const float *data,
         return err_set(e, ERR_DATA, "bad weight of total variation %g: must be 0 to 0.1", opt->tv);
     if (!check(w, h, data, &res, e))
         return false;
-    struct rl r = {.b = b, .w = w, .h = h, .n = (size_t)w * (size_t)h, .tv = opt->tv};
-    const double mean = res.flux_in / (double)r.n;
-    r.least = 1e-9 * mean;
-    float *clean = sample_alloc(r.n, sizeof *clean, "deconvolution", e);
+    struct rl r = {.b = b, .w = w, .h = h, .stride = blur_stride(b), .tv = opt->tv};
+    const size_t n = (size_t)w * (size_t)h;
+    const double mean = res.flux_in / (double)n;
     const bool symmetric = blur_is_symmetric(b); // then H^T 1 is 1 but for rounding
-    r.ratio = sample_alloc(r.n, sizeof *r.ratio, "deconvolution", e);
-    if (opt->tv > 0)
-        r.pull = sample_alloc(r.n, sizeof *r.pull, "deconvolution", e);
-    if (!symmetric)
-        r.norm = sample_alloc(r.n, sizeof *r.norm, "deconvolution", e);
+    r.n = (size_t)h * r.stride;
+    r.least = 1e-9 * mean;
+    r.plain[0] = out;
+    float *clean = sample_alloc(r.n, sizeof *clean, "deconvolution", e);
+    bool ok = clean != NULL;
+    if (ok && opt->tv > 0)
+        ok = (r.pull = sample_alloc(r.n, sizeof *r.pull, "deconvolution", e)) &&
+             (r.plain[1] = sample_alloc(n, sizeof *r.plain[1], "deconvolution", e));
+    if (ok && !symmetric)
+        ok = (r.norm = sample_alloc(r.n, sizeof *r.norm, "deconvolution", e));
     struct path p = {0};
-    bool ok = clean && r.ratio && (r.norm || symmetric) && (r.pull || !(opt->tv > 0));
     if (ok) {
-        for (size_t k = 0; k < r.n; k++) {
-            clean[k] = data[k] > 0 ? data[k] : 0;
-            r.ratio[k] = 1;
+        if (!symmetric) {
+            for (size_t k = 0; k < n; k++)
+                out[k] = 1;
+            make_norm(&r, out, clean, r.norm);
         }
+        for (size_t k = 0; k < n; k++)
+            out[k] = data[k] > 0 ? data[k] : 0;
+        blur_order(b, out, clean);
         r.data = clean;
-        if (!symmetric)
-            make_norm(&r, r.ratio, r.norm);
         res.iterations = opt->iterations;
         ok = (opt->iterations ||
               choose_iterations(&r, opt, mean, &res.iterations, &res.reached_most, e)) &&
@@ -291,22 +322,25 @@ bool deconvolve(struct blur *b, int w, int h, const float *data,
         while (p.k < res.iterations)
             path_step(&p, NULL);
         double flux = 0, miss = 0;
-        SUM_ROWS(&r, flux, (double)p.u[k]);
+        SUM_ROWS(flux, h, r.stride, (double)p.u[k]);
         const float scale =
             (float)(res.flux_in / flux); // takes rounding, and total variation's pull, back
         for (size_t k = 0; k < r.n; k++)
-            out[k] = scale * p.u[k];
-        SUM_ROWS(&r, res.flux, (double)out[k]);
-        blur_apply(b, out, r.ratio);
-        SUM_ROWS(&r, miss,
-                 ((double)r.ratio[k] - (double)clean[k]) * ((double)r.ratio[k] - (double)clean[k]));
-        res.residual = sqrt(miss / (double)r.n);
+            p.u[k] *= scale;
+        blur_unorder(b, p.u, out);
+        SUM_ROWS(res.flux, h, (size_t)w, (double)out[k]);
+        float *model = p.start; // plain: large enough
+        blur_apply(b, out, model);
+        SUM_ROWS(miss, h, (size_t)w,
+                 ((double)model[k] - fmax(0, (double)data[k])) *
+                     ((double)model[k] - fmax(0, (double)data[k])));
+        res.residual = sqrt(miss / (double)n);
         *result = res;
     }
     path_finish(&p);
     free(clean);
-    free(r.ratio);
     free(r.pull);
+    free(r.plain[1]);
     free(r.norm);
     return ok;
 }

@@ -3,6 +3,8 @@
 #include "tests/noise.h"
 #include "tests/test.h"
 
+#include <omp.h>
+
 enum { W = 96, H = 80, N = W * H };
 
 static int mirror(int i, int n)
@@ -100,6 +102,79 @@ TEST(a_measured_psf_blurs_as_the_plain_sum_and_has_its_adjoint)
     }
     assert_near(left / right, 1, 1e-6);
     blur_free(b);
+}
+
+struct middle {
+    size_t stride;
+    const float *factor; // [h][stride]
+    float *out;          // [h][stride]
+};
+
+static void multiply(void *ctx, const struct blur_run *run)
+{
+    const struct middle *m = ctx;
+    for (int k = 0; k < run->n; k++)
+        run->px[k] *= m->factor[(size_t)run->j * m->stride + (size_t)(run->i + k)];
+}
+
+static void keep_run(void *ctx, const struct blur_run *run)
+{
+    const struct middle *m = ctx;
+    memcpy(m->out + (size_t)run->j * m->stride + run->i, run->px, (size_t)run->n * sizeof(float));
+}
+
+TEST(a_round_is_blur_factor_and_adjoint_one_after_the_other_on_any_number_of_threads)
+{
+    static const struct {
+        int w, h;
+        double sigma; // 0: a lopsided PSF
+    } cases[] = {
+        {320, 41, 1},  // rows in lanes
+        {333, 150, 1}, // with padding
+        {257, 3, 0.2}, // the most padding, one row short of a turn
+        {96, 80, 2},   // too narrow for lanes
+        {7000, 40, 2}, // too wide for the cache
+        {130, 70, 0},
+    };
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; c++) {
+        const int w = cases[c].w, h = cases[c].h;
+        const size_t n = (size_t)(w * h);
+        struct err e = {0};
+        static const float psf[9] = {1, 2, 3, 0, 1, 5, 0, 0, 1};
+        struct blur *b = cases[c].sigma > 0 ? blur_gauss(w, h, cases[c].sigma, &e)
+                                            : blur_psf(w, h, psf, 3, 3, &e);
+        if (!b)
+            fail_msg("%s", e.msg);
+        const size_t stride = blur_stride(b), many = stride * (size_t)h;
+        assert_true(stride >= (size_t)w);
+        float *in = calloc(5 * n + 5 * many, sizeof *in), *mid = in + n, *want = mid + n,
+              *got = want + n, *factor = got + n, *u = factor + n, *f = u + many, *next = f + many,
+              *again = next + many;
+        uint64_t seed = 3;
+        for (size_t k = 0; k < n; k++) {
+            in[k] = (float)noise_uniform(&seed);
+            factor[k] = (float)noise_uniform(&seed);
+        }
+        blur_apply(b, in, mid);
+        for (size_t k = 0; k < n; k++)
+            mid[k] *= factor[k];
+        blur_adjoint(b, mid, want);
+        blur_order(b, in, u);
+        blur_order(b, factor, f);
+        omp_set_num_threads(1);
+        blur_round(b, u, multiply, keep_run, &(struct middle){stride, f, next});
+        blur_unorder(b, next, got);
+        for (size_t k = 0; k < n; k++)
+            if (!(fabsf(got[k] - want[k]) < 1e-6f))
+                fail_msg("case %zu at (%zu, %zu): %g, not %g", c, k % (size_t)w, k / (size_t)w,
+                         (double)got[k], (double)want[k]);
+        omp_set_num_threads(3);
+        blur_round(b, u, multiply, keep_run, &(struct middle){stride, f, again});
+        blur_unorder(b, again, want);
+        assert_memory_equal(got, want, n * sizeof *got);
+        free(in);
+        blur_free(b);
+    }
 }
 
 TEST(richardson_lucy_is_the_plain_loop_in_double_and_keeps_the_flux)
@@ -271,7 +346,9 @@ TEST(what_cannot_be_done_is_refused)
     blur_free(b);
 }
 
-TEST_MAIN(cmocka_unit_test(a_gaussian_blur_is_the_plain_sum),
+TEST_MAIN(cmocka_unit_test(
+              a_round_is_blur_factor_and_adjoint_one_after_the_other_on_any_number_of_threads),
+          cmocka_unit_test(a_gaussian_blur_is_the_plain_sum),
           cmocka_unit_test(a_measured_psf_blurs_as_the_plain_sum_and_has_its_adjoint),
           cmocka_unit_test(richardson_lucy_is_the_plain_loop_in_double_and_keeps_the_flux),
           cmocka_unit_test(the_automatic_stop_is_near_the_best_of_the_path),

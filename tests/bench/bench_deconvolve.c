@@ -130,7 +130,9 @@ static bool run_skimage(struct job *b, double *wall_s)
     snprintf(result, sizeof result, "%s.out", data);
     char *command = NULL;
     snprintf(script, sizeof script, python, b->w, b->sigma_px, b->opt.iterations, data, result);
-    command = xasprintf("OMP_NUM_THREADS=1 python3 -c \"%s\" 2>/dev/null", script);
+    command = xasprintf("PATH=/usr/bin:$PATH OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python3 -c "
+                        "\"%s\" 2>/dev/null",
+                        script);
     FILE *p = ok ? popen(command, "r") : NULL;
     ok = p && fscanf(p, "%lf", wall_s) == 1;
     if (p)
@@ -178,7 +180,7 @@ static bool run(struct bench_report *r, struct err *e)
             add(r, &b, "scikit-image", setting, (struct bench_time){sk_s, sk_s, NAN, 3});
             bench_figure(r, "scikit-image takes, times ours", sk_s / ours.wall_s, "x");
         } else {
-            bench_note(r, "scikit-image is not installed (Debian: python3-skimage): not compared");
+            bench_note(r, "scikit-image is not installed (make bench-peers): not compared");
         }
     }
     omp_set_num_threads(cores);
