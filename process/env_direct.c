@@ -9,14 +9,11 @@
 
 enum { ROWS = 16 };
 
-// Parts at most half as large as what the table resolves, so that cubic look-up sees it all.
+// Parts at most a sixth of what the table resolves.
 static int cuts(const struct table *t, const struct environment *env)
 {
-    double least = t->range;
-    for (int i = 0; i + 1 < t->n; i++)
-        least = fmin(least, table_node(t, i + 1) - table_node(t, i));
-    const double pixel = M_PI / env->map.h;
-    return (int)fmax(2, fmin(8, ceil(1.5 * pixel / least)));
+    const double pixel = M_PI / env->map.h, detail = fmax(table_detail(t), 1e-4);
+    return (int)fmax(2, fmin(64, ceil(6 * pixel / detail)));
 }
 
 static void add_row(const struct table *t, const struct fresnel *f, const struct env_part *part,

@@ -17,13 +17,19 @@ struct raster {
     int *first, *count;
 };
 
+// In nodes; `turned` makes room for the table's corners.
+static int reach_of(const struct table *t, bool turned, double step)
+{
+    const double range = turned ? fmax(t->range, fmin(2, M_SQRT2 * t->range)) : t->range;
+    return (int)ceil(range / step) + ENV_RIM;
+}
+
 // Two-point Gauss per piece: B-spline times cubic is smooth within pieces of half a step.
-// `turned` makes room for the table's corners.
-static bool raster_init(struct raster *r, const struct table *t, bool turned, double step,
+static bool raster_init(struct raster *r, const struct table *t, const struct env_grid *grid,
                         struct err *e)
 {
-    const double range = turned ? fmin(2, M_SQRT2 * t->range) : t->range;
-    *r = (struct raster){.reach = (int)ceil(fmax(range, t->range) / step) + ENV_RIM, .n = t->n};
+    const double step = grid->step;
+    *r = (struct raster){.reach = grid->reach, .n = t->n};
     const int rows = 2 * r->reach + 1;
     r->weight = sample_alloc((size_t)rows * (size_t)t->n, sizeof *r->weight, "table raster", e);
     r->first = xcalloc((size_t)rows, sizeof *r->first);
@@ -197,14 +203,6 @@ static bool transform_all(struct env_kernel *k, int reach, double *const *planes
     return ok;
 }
 
-static double node_spacing(const struct table *t)
-{
-    double least = INFINITY;
-    for (int i = 0; i + 1 < t->n; i++)
-        least = fmin(least, table_node(t, i + 1) - table_node(t, i));
-    return least;
-}
-
 // A window of o needs light up to the table's reach around it, where there is any; the sums reach
 // as far again, and must not come back into the window from the other side.
 static struct env_grid grid_of(double step, double span, int reach)
@@ -217,14 +215,31 @@ static struct env_grid grid_of(double step, double span, int reach)
                              fft_good_size(window + around + reach)};
 }
 
+// All spectra of kernel and light, and the planes of a channel.
+static double bytes_of(const struct env_terms *t, const struct env_grid *g)
+{
+    const double period = g->period;
+    return period * period * sizeof(double) * (3 * (t->n_kernel + t->n_pre) + t->n_post);
+}
+
+// A grid that is fine enough, or as fine as memory allows.
+static struct env_grid fine_grid(const struct env_kernel *k, const struct table *t,
+                                 const struct env_how *how)
+{
+    const double span = how->span > 0 ? fmin(2, how->span) : 2, most_bytes = 4e9;
+    double step = fmax(table_detail(t) / 3.5, how->detail_rad / 8);
+    step = how->step > 0 ? how->step : fmin(1 / 160., fmax(1 / 2048., step));
+    for (;; step *= 1.1) {
+        const struct env_grid g = grid_of(step, span, reach_of(t, how->turn_rad != 0, step));
+        if (how->step > 0 || step > .05 || bytes_of(&k->terms, &g) <= most_bytes)
+            return g;
+    }
+}
+
 bool env_kernel_init(struct env_kernel *k, const struct table *t, const struct fresnel *f,
                      const struct env_how *how, struct err *e)
 {
     *k = (struct env_kernel){.not_negative = true};
-    const double span = how->span > 0 ? fmin(2, how->span) : 2;
-    const double step =
-        how->step > 0 ? how->step
-                      : fmin(.05, fmax(1 / 2048., fmax(node_spacing(t), how->detail_rad / 3)));
     const size_t samples = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
     for (size_t s = 0; s < samples; s++)
         k->not_negative = k->not_negative && t->tab[s] >= 0;
@@ -233,8 +248,8 @@ bool env_kernel_init(struct env_kernel *k, const struct table *t, const struct f
         return false;
 
     struct raster r;
-    bool ok = raster_init(&r, t, how->turn_rad != 0, step, e);
-    k->grid = grid_of(step, span, r.reach);
+    k->grid = fine_grid(k, t, how);
+    bool ok = raster_init(&r, t, &k->grid, e);
     const size_t rows = 2 * (size_t)r.reach + 1;
     double **planes = xcalloc((size_t)t->count, sizeof *planes);
     for (int m = 0; ok && m < t->count; m++) {

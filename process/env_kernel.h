@@ -19,10 +19,10 @@ struct env_grid {
 };
 
 struct env_how {
-    double tolerance;  // of the zonal weight: relative, env_zonal.h
-    int products;      // not 0: so many by env_terms_products() in place of the tolerance
-    double step;       // 0: the table's least node spacing or a third of the finest detail of the
-                       // light, whichever is larger, and at least 1/2048
+    double tolerance; // of the zonal weight: relative, env_zonal.h
+    int products;     // not 0: so many by env_terms_products() in place of the tolerance
+    double step; // 0: 1/3.5 of the table's detail (table_cubic.h) or 1/8 of the light's: one of
+                 // the two resolved is enough; 1/2048 to 1/160, coarser above 4 GB
     double detail_rad; // the light's finest detail: a pixel
     double span;       // 0 is 2: the whole disk
     double turn_rad; // the table turned about the normal: its u axis at this angle to the light's t

@@ -45,6 +45,33 @@ void table_cubic(const struct table *t, double u, double v, double w, double out
     }
 }
 
+// Of one row of cells between nodes: integrals of S^2 and |grad S|^2.
+static void row_detail(const struct table *t, const float *row, double dv, double sum[2])
+{
+    const size_t up = 3 * (size_t)t->n;
+    for (int i = 0; i + 1 < t->n; i++) {
+        const double du = table_node(t, i + 1) - table_node(t, i);
+        for (int c = 0; c < 3; c++) {
+            const float *a = row + 3 * i + c;
+            const double s = (double)*a, s_u = ((double)a[3] - s) / du,
+                         s_v = ((double)a[up] - s) / dv;
+            sum[0] += s * s * du * dv;
+            sum[1] += (s_u * s_u + s_v * s_v) * du * dv;
+        }
+    }
+}
+
+double table_detail(const struct table *t)
+{
+    const size_t n = (size_t)t->n;
+    double sum[2] = {0};
+    for (int m = 0; m < t->count; m++)
+        for (int j = 0; j + 1 < t->n; j++)
+            row_detail(t, t->tab + ((size_t)m * n + (size_t)j) * n * 3,
+                       table_node(t, j + 1) - table_node(t, j), sum);
+    return sum[0] > 0 ? fmin(sqrt(sum[0] / sum[1]), t->range) : 0;
+}
+
 void table_to_rgb(struct table *t)
 {
     if (t->is_rgb)

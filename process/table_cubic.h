@@ -14,5 +14,9 @@ bool table_stencil(const struct table *t, double u, int *first, double weight[ST
 // As table_eval, cubic between nodes.
 void table_cubic(const struct table *t, double u, double v, double w, double out[3]);
 
+// How far one has to go for the table to change: root of the integrals of S^2 over |grad S|^2;
+// sigma of a Gaussian lobe, the narrow and bright ones count most. 0 for a table of zeros.
+double table_detail(const struct table *t);
+
 // Changes an XYZ table to linear sRGB, the colours of the environments; an RGB one stays.
 void table_to_rgb(struct table *t);
