@@ -86,7 +86,8 @@ static bool read_all(struct sim_scene *s, struct yaml *y, const struct rig *rig,
     const bool ok = ymap_map(root, "sample", Y_NEEDED, &sample, e) &&
                     sample_read(&s->sample, sample, s->path, e) &&
                     read_sensor(&s->sensor, root, rig, e) &&
-                    view_read(&s->view, root, &s->sample, e) && bokeh_read(&s->bokeh, root, e);
+                    view_read(&s->view, root, &s->sample, e) && bokeh_read(&s->bokeh, root, e) &&
+                    board_read(&s->board, root, s->path, e) && ball_read(&s->ball, root, e);
     struct err ignored;
     return yaml_close(y, ok, ok ? e : &ignored) && ok;
 }
@@ -122,5 +123,6 @@ void sim_scene_finish(struct sim_scene *s)
         return;
     free(s->path);
     sample_finish(&s->sample);
+    image_finish(&s->board.picture);
     *s = (struct sim_scene){0};
 }

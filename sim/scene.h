@@ -5,6 +5,7 @@
 // L = f E.
 #pragma once
 #include "core/rig.h"
+#include "sim/board.h"
 #include "sim/bokeh.h"
 #include "sim/view.h"
 
@@ -32,6 +33,8 @@ struct sim_scene {
     struct sample sample;
     struct sim_view view;
     struct sim_bokeh bokeh;
+    struct sim_board board; // calibration targets
+    struct sim_ball ball;
     struct sim_sensor sensor;
 };
 

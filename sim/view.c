@@ -49,11 +49,19 @@ static void undistort(const double k[5], double xd, double yd, double out[2])
     out[1] = y;
 }
 
-static struct vec3 ray_of(const struct sim_view *v, double i, double j)
+struct vec3 view_ray(const struct sim_view *v, double i, double j)
 {
     double at[2] = {(i - v->center_x) / v->focal_px, (j - v->center_y) / v->focal_px};
     undistort(v->distortion, at[0], at[1], at);
     return v3_unit(frame_world(&v->camera, v3(at[0], at[1], 1)));
+}
+
+void view_project(const struct sim_view *v, struct vec3 at_m, double px[2])
+{
+    const struct vec3 at = frame_local(&v->camera, v3_sub(at_m, v->camera_m));
+    distort(v->distortion, at.x / at.z, at.y / at.z, px);
+    px[0] = v->center_x + v->focal_px * px[0];
+    px[1] = v->center_y + v->focal_px * px[1];
 }
 
 static bool in_stripe(const struct sample *s, double x_m)
@@ -152,7 +160,7 @@ int view_sights(const struct sim_view *v, const struct sample *s, double i, doub
         fourier_sight(v, s, i, j, out);
         return 1;
     }
-    const struct vec3 ray = ray_of(v, i, j);
+    const struct vec3 ray = view_ray(v, i, j);
     const bool hit = s->layout == SAMPLE_CYLINDER ? hit_cylinder(v, s, ray, &x, &local)
                                                   : hit_plane(v, s, ray, &x, &local);
     const int n = light_points(v, light);

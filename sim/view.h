@@ -44,6 +44,10 @@ enum { SIGHTS = 7 };
 // Points of the light (1 when it has no size) as seen from the pixel (i, j), the middle first.
 int view_sights(const struct sim_view *v, const struct sample *s, double i, double j,
                 struct sight out[SIGHTS]);
+// A camera's ray through a pixel, a unit vector, and the pixel of a place before the camera.
+struct vec3 view_ray(const struct sim_view *v, double i, double j);
+void view_project(const struct sim_view *v, struct vec3 at_m, double px[2]);
+
 double view_vignetting(const struct sim_view *v, double i,
                        double j); // what is left, 1 in the middle
 

@@ -6,11 +6,15 @@
 struct calib_args {
     const char *out;
     const char *times, *method, *dark; // sensor
-    const char *light, *filter;        // a session's bracket
+    const char *light, *filter;        // a session's or rig's; a light record
     double black, white;               // counts
     const char *channel;
     double lines_per_m, blaze_rad; // bokeh, spectral: a known grating
     const char *turn;
+    const char *board, *dictionary, *plane; // a printed target
+    double square_m, marker_m;
+    const char *size, *fresnel; // geometry
+    double beam, r0;
 };
 
 // cli->operand holds what stands behind the verb.
@@ -19,3 +23,6 @@ bool calib_noise(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_response(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_flat(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_lens(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_board(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_geometry(const struct calib_args *a, struct cli *cli, struct err *e);

@@ -14,17 +14,37 @@ static const struct opt opts[] = {
     {"black", OPT_NUM, AT(black), "COUNTS", NULL, "noise: the black level (default: the files')"},
     {"white", OPT_NUM, AT(white), "COUNTS", NULL,
      "noise, response of counts: where pixels saturate (default: the files')"},
-    {"light", OPT_TEXT, AT(light), "NAME", NULL, "of a session or rig: this light"},
+    {"light", OPT_TEXT, AT(light), "NAME|FILE|X,Y,Z", NULL,
+     "of a session or rig: this light; "
+     "geometry: a light record, or X,Y,Z from the board's middle along t (right), b (up), n (to "
+     "the camera)"},
     {"filter", OPT_TEXT, AT(filter), "NAME", NULL, "of a session or rig: this filter"},
     {"lines", OPT_NUM, AT(lines_per_m), "N", NULL, "bokeh: lines of the known grating, e.g. 600/mm",
      UNIT_PER_M},
     {"blaze", OPT_NUM, AT(blaze_rad), "ANGLE", NULL, "bokeh: its blaze angle, e.g. 13deg",
      UNIT_RAD},
     {"turn", OPT_TEXT, AT(turn), "auto|DEG", "auto",
-     "bokeh: how far the sensor shows the sample turned counter-clockwise; auto: by the lines, "
+     "geometry: of the sample on the board, from t towards b; bokeh: how far the sensor shows the "
+     "sample turned counter-clockwise; auto: 0; by the lines, "
      "which "
      "stand upright on the sample"},
     {"channel", OPT_CHOICE, AT(channel), "r|g|b", NULL, "bokeh: the channel to use (default b)"},
+    {"board", OPT_TEXT, AT(board), "COLSxROWS", NULL,
+     "lens, board: inner corners of a chessboard; with --marker squares of a ChArUco board"},
+    {"square", OPT_NUM, AT(square_m), "D", NULL, "lens, board: side of a square", UNIT_M},
+    {"marker", OPT_NUM, AT(marker_m), "D", NULL, "lens, board: side of a ChArUco board's markers",
+     UNIT_M},
+    {"dictionary", OPT_TEXT, AT(dictionary), "NAME", "4x4_50",
+     "lens, board: of the markers: 4x4_50, 5x5_100, 6x6_250, original, 36h11 ..."},
+    {"plane", OPT_FILE, AT(plane), "IMAGE", NULL,
+     "lens, geometry: the picture whose board lay where the sample lies (default: the first)"},
+    {"size", OPT_LIST, AT(size), "W,H", NULL,
+     "geometry: the sample's extent about the board's middle"},
+    {"beam", OPT_NUM, AT(beam), "N", "0",
+     "geometry: the light's intensity falls as cos^N about its axis to the sample"},
+    {"fresnel", OPT_CHOICE, AT(fresnel), "constant|schlick", "constant",
+     "geometry: F over the angle, for the weights"},
+    {"r0", OPT_NUM, AT(r0), "R0", "0.04", "geometry: reflectance at normal incidence, for schlick"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "the record", .needed = true},
     {0},
 };
@@ -33,8 +53,9 @@ static const struct verb {
     const char *name;
     bool (*run)(const struct calib_args *a, struct cli *cli, struct err *e);
 } verbs[] = {
-    {"dark", calib_dark}, {"noise", calib_noise}, {"response", calib_response},
-    {"flat", calib_flat}, {"bokeh", calib_bokeh}, {NULL, NULL},
+    {"dark", calib_dark},   {"noise", calib_noise},       {"response", calib_response},
+    {"flat", calib_flat},   {"geometry", calib_geometry}, {"lens", calib_lens},
+    {"board", calib_board}, {"bokeh", calib_bokeh},       {NULL, NULL},
 };
 
 static bool run(const void *args, struct cli *cli, struct err *e)
@@ -44,13 +65,15 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     rest.operand++;
     for (const struct verb *v = verbs; v->name; v++)
         if (!strcmp(v->name, cli->operand[0])) {
-            if (rest.n < 1)
+            if (rest.n < 1 && v->run != calib_board)
                 return err_set(e, ERR_USAGE, "calib %s: needs a file to work on", v->name);
             doc_text(cli->doc, "output", ((const struct calib_args *)args)->out);
             return v->run(args, &rest, e);
         }
-    return err_set(e, ERR_USAGE, "calib: '%.40s' is not one of dark, noise, response, flat, bokeh",
-                   cli->operand[0]);
+    return err_set(
+        e, ERR_USAGE,
+        "calib: '%.40s' is not one of dark, noise, response, flat, lens, board, geometry, bokeh",
+        cli->operand[0]);
 }
 
 const struct command cmd_calib = {
@@ -66,8 +89,13 @@ const struct command cmd_calib = {
         "noise     FRAME...|SESSION   gain, read noise and PRNU from pairs of equal exposures\n"
         "response  IMAGE...|SESSION   the curve of 8-bit pictures; of counts a linearity check\n"
         "flat      PICTURE            vignetting and fall-off, from an even target\n"
+        "lens      IMAGE...           focal length, distortion, poses, from a printed board\n"
+        "board                        such a board, to print\n"
+        "geometry  LENS               half vector, cosines and weight of every pixel: an .exr for\n"
+        "                             nacre lut --geometry\n"
         "bokeh     IMAGE              scale, turn, blur of bokeh photographs, from a grating\n"
         "  nacre calib noise session --filter open -o noise.yaml\n"
+        "  nacre calib lens board*.png --board 9x6 --square 25mm -o lens.yaml\n"
         "  nacre calib bokeh grating.png --lines 600/mm --blaze 13deg -o bokeh.yaml",
     .run = run,
 };

@@ -59,7 +59,8 @@ static void add_line(char **text, const char *line)
 
 static void describe(struct hdr_job *job, const struct cli *cli)
 {
-    static const char *const kept[] = {"cameraModel", "capDate", "aperture", "isoSpeed"};
+    static const char *const kept[] = {"cameraModel", "lensModel", "capDate",
+                                       "aperture",    "isoSpeed",  "nacre.distance_m"};
     const struct hdr_options *o = job->opt;
     const struct frames *f = &job->frames;
     struct meta *m = &job->out.meta;

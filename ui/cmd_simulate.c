@@ -97,6 +97,32 @@ static bool write_bokeh(struct lab *lab, const struct args *a, struct cli *cli, 
     return ok;
 }
 
+static bool write_board(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    struct image im = {0};
+    bool ok = board_photo(&lab->scene.board, &lab->scene.view, &im, e) ||
+              err_in(e, "%s", cli->operand[0]);
+    if (ok) {
+        stamp(&im.meta, cli);
+        ok = image_write(&im, a->out, e);
+    }
+    image_finish(&im);
+    return ok;
+}
+
+static bool write_ball(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    struct image im = {0};
+    bool ok =
+        ball_photo(&lab->scene.ball, &lab->scene.view, &im, e) || err_in(e, "%s", cli->operand[0]);
+    if (ok) {
+        stamp(&im.meta, cli);
+        ok = image_write(&im, a->out, e);
+    }
+    image_finish(&im);
+    return ok;
+}
+
 static bool write_truth(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
 {
     struct spectrum illuminant = {0};
@@ -174,9 +200,10 @@ static const struct {
     bool (*make)(struct lab *lab, const struct args *a, struct cli *cli, struct err *e);
 } products[] = {
     {"pattern", write_pattern}, {"geometry", write_geometry}, {"truth", write_truth},
-    {"height", write_height},   {"bokeh", write_bokeh},       {"energy", tell_energy},
+    {"height", write_height},   {"bokeh", write_bokeh},       {"board", write_board},
+    {"ball", write_ball},       {"energy", tell_energy},
 };
-static const char product_names[] = "pattern|geometry|truth|height|bokeh|energy";
+static const char product_names[] = "pattern|geometry|truth|height|bokeh|board|ball|energy";
 
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
@@ -202,8 +229,9 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 #define AT(field) offsetof(struct args, field)
 static const struct opt options[] = {
     {"what", OPT_CHOICE, AT(what), product_names, "pattern",
-     "radiance without noise; u, v, w, weight of every pixel; the table S_d; the heights; "
-     "the out-of-focus highlight; the light that the orders return"},
+     "radiance without noise; u, v, w, weight of every pixel; the table S_d; the heights; the "
+     "out-of-focus highlight; a chessboard or a mirror ball in the sample's place; the light that "
+     "the orders return"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write"},
     {"light", OPT_TEXT, AT(light), "NAME", NULL, "of the rig; default: the first"},
     {"filter", OPT_TEXT, AT(filter), "NAME", "green", "of the rig"},

@@ -1,6 +1,7 @@
 // lut_job.c - from the options of nacre lut to a request.
 #define _GNU_SOURCE
 #include "ui/lut_job.h"
+#include "calib/record.h"
 #include "core/imgfile.h"
 #include "core/log.h"
 #include "process/lut_geometry.h"
@@ -53,6 +54,20 @@ static double reach_of(const struct lut_args *a, double lambda_m)
     return a->range * lambda_m / (CIE_FIRST_NM * 1e-9) * 1.02;
 }
 
+// A record of nacre calib geometry holds for one camera, lens and focus; a bare picture is
+// believed.
+static bool geometry_fits(const struct image *geometry, const struct image *photo, const char *path,
+                          struct err *e)
+{
+    struct record made, now;
+    if (!meta_text(&geometry->meta, "nacre.calib.kind"))
+        return true;
+    record_init(&now, "geometry", "", NAN, "");
+    record_from_image(&now, photo);
+    return record_from_meta(&made, &geometry->meta, path, "geometry", e) &&
+           record_fits(&made, path, &now, e);
+}
+
 static bool place(struct lut_pattern *p, const struct image *im, int channel, double lambda_m,
                   const struct lut_args *a, const char *center_option, const char *center,
                   struct err *e)
@@ -72,8 +87,9 @@ static bool place(struct lut_pattern *p, const struct image *im, int channel, do
                        "--center");
     if (!image_read(&geometry, a->geometry, e))
         return false;
-    const bool ok = lut_geometry(im, channel, &geometry, a->scale, reach_of(a, lambda_m), p, e) ||
-                    err_in(e, "%s", a->geometry);
+    const bool ok = geometry_fits(&geometry, im, a->geometry, e) &&
+                    (lut_geometry(im, channel, &geometry, a->scale, reach_of(a, lambda_m), p, e) ||
+                     err_in(e, "%s", a->geometry));
     image_finish(&geometry);
     return ok;
 }

@@ -1,0 +1,23 @@
+// light.h - where the light is: the light record.
+//
+// Each picture gives one line that passes through the light: from the place on a mirror ball, or on
+// a flat sample, that mirrors it to the camera. The point nearest to all lines is the light.
+#pragma once
+#include "calib/lens.h"
+
+struct light {
+    struct record head;               // residual: rms distance of the lines, m
+    char method[8];                   // "ball" or "lobe"
+    double position_m[3], sigma_m[3]; // camera coordinates
+    int pictures;
+};
+
+struct line {
+    struct vec3 from_m, along; // along is a unit vector
+};
+
+// ERR_DATA for fewer than two lines, and where all lines are parallel within a degree.
+bool light_from_lines(struct light *out, const struct line *line, int n, struct err *e);
+
+bool light_write(const struct light *s, const char *command, const char *path, struct err *e);
+bool light_read(struct light *s, const char *path, struct err *e);
