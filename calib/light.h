@@ -19,5 +19,20 @@ struct line {
 // ERR_DATA for fewer than two lines, and where all lines are parallel within a degree.
 bool light_from_lines(struct light *out, const struct line *line, int n, struct err *e);
 
+// The light's line by the mirror image in a ball of this radius, in `light` [h][w] (grey.h).
+// `guess` x, y, radius in pixels, or NULL: the largest thing that differs from the border.
+struct ball {
+    struct vec3 center_m;
+    double spot_px[2];
+    double rms_px; // of the outline
+};
+bool light_ball(const struct lens *l, double radius_m, const double guess[3], const float *light,
+                int w, int h, struct ball *ball, struct line *line, struct err *e);
+
+// The light by the specular lobes of one flat sample that lay in n planes: where h is the normal,
+// the lobe is brightest. light[k] [h][w] is the picture of the sample in plane[k].
+bool light_lobes(struct light *out, const struct lens *l, const struct plane *plane,
+                 const float *const *light, int n, struct err *e);
+
 bool light_write(const struct light *s, const char *command, const char *path, struct err *e);
 bool light_read(struct light *s, const char *path, struct err *e);

@@ -13,6 +13,10 @@ struct calib_args {
     const char *turn;
     const char *board, *dictionary, *plane; // a printed target
     double square_m, marker_m;
+    const char *lens, *ball, *poses; // light
+    double radius_m;
+    const char *grating, *geometry, *center; // spectral
+    double lambda_m, width_m, accuracy_m, h_per_px;
     const char *size, *fresnel; // geometry
     double beam, r0;
 };
@@ -26,3 +30,5 @@ bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_lens(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_board(const struct calib_args *a, struct cli *cli, struct err *e);
 bool calib_geometry(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_light(const struct calib_args *a, struct cli *cli, struct err *e);
+bool calib_spectral(const struct calib_args *a, struct cli *cli, struct err *e);

@@ -9,8 +9,9 @@
 static const struct opt opts[] = {
     {"lambda", OPT_NUM, AT(lambda_m), "L", NULL,
      "wavelength of the photograph (default: the band's effective one)", UNIT_M},
-    {"band", OPT_FILE, AT(band), "CSV", NULL,
-     "what it was taken through: filter x light x channel, nm,value"},
+    {"band", OPT_FILE, AT(band), "FILE", NULL,
+     "what it was taken through, filter x light x channel: a CSV of nm,value or a record of 'nacre "
+     "calib spectral'"},
     {"deband", OPT_FLAG, AT(deband), NULL, NULL, "undo the blur of the band"},
     {"noise-limit", OPT_NUM, AT(noise_limit), "X", "2",
      "... never growing the pixels' noise by more than this"},

@@ -1,7 +1,7 @@
 // lut_job.c - from the options of nacre lut to a request.
 #define _GNU_SOURCE
 #include "ui/lut_job.h"
-#include "calib/record.h"
+#include "calib/passband.h"
 #include "core/imgfile.h"
 #include "core/log.h"
 #include "process/lut_geometry.h"
@@ -94,15 +94,30 @@ static bool place(struct lut_pattern *p, const struct image *im, int channel, do
     return ok;
 }
 
+// A record of another filter: the photograph says what it was taken through.
+static bool band_fits(const struct spectrum *band, const char *path, const struct image *photo,
+                      struct err *e)
+{
+    double taken_m;
+    if (!meta_num(&photo->meta, "nacre.lambda_m", &taken_m))
+        return true;
+    const double band_m = lut_effective_wavelength(band, 2);
+    return fabs(taken_m - band_m) < 20e-9 ||
+           err_set(e, ERR_DATA, "%s: made for %.0f nm, but this was taken at %.0f nm", path,
+                   band_m * 1e9, taken_m * 1e9);
+}
+
 static bool read_pattern(struct lut_pattern *p, const char *path, double lambda_m,
-                         const struct lut_args *a, const char *center_option, const char *center,
-                         struct err *e)
+                         const struct spectrum *band, const struct lut_args *a,
+                         const char *center_option, const char *center, struct err *e)
 {
     struct image im = {0};
     int channel = 0;
     if (!image_read(&im, path, e))
         return false;
-    bool ok = pick_channel(&im, a, lambda_m, &channel, e) || err_in(e, "%s", path);
+    bool ok = (pick_channel(&im, a, lambda_m, &channel, e) &&
+               (!band || band_fits(band, a->band, &im, e))) ||
+              err_in(e, "%s", path);
     ok = ok && (place(p, &im, channel, lambda_m, a, center_option, center, e) ||
                 (e->code == ERR_DATA && !a->geometry ? err_in(e, "%s", path) : false));
     image_finish(&im);
@@ -112,12 +127,28 @@ static bool read_pattern(struct lut_pattern *p, const char *path, double lambda_
     return ok;
 }
 
+// A curve of nm,value or a record of nacre calib spectral.
+static bool read_band(const char *path, struct spectrum *band, struct err *e)
+{
+    const char *ext = path_ext(path);
+    struct passband record;
+    if (strcmp(ext, ".yaml") && strcmp(ext, ".yml"))
+        return spectrum_read_csv(band, path, e);
+    if (!passband_read(&record, path, e))
+        return false;
+    if (!passband_agrees(&record))
+        log_warn("%s: its grating showed %.1f nm, its curves %.1f nm", path, record.grating_m * 1e9,
+                 record.lambda_m * 1e9);
+    *band = record.band;
+    return true;
+}
+
 // The wavelength that was given, or the centre of the band.
 static bool find_wavelength(struct lut_job *job, double exponent, struct err *e)
 {
     const struct lut_args *a = job->args;
     job->lambda_m = a->lambda_m;
-    if (a->band && !spectrum_read_csv(&job->band, a->band, e))
+    if (a->band && !read_band(a->band, &job->band, e))
         return false;
     if (a->deband && !a->band)
         return err_set(e, ERR_USAGE, "--deband needs --band FILE");
@@ -150,7 +181,7 @@ static bool find_exponent(struct lut_job *job, struct err *e)
                        "--exponent auto needs the sample through another filter: "
                        "--second PATTERN --second-lambda L");
     struct lut_pattern second = {0};
-    const bool ok = read_pattern(&second, a->second, a->second_lambda_m, a, "second-center",
+    const bool ok = read_pattern(&second, a->second, a->second_lambda_m, NULL, a, "second-center",
                                  a->second_center, e) &&
                     lut_exponent(&job->pattern, job->lambda_m, &second, a->second_lambda_m,
                                  &job->exponent, &job->exponent_sigma, e);
@@ -209,7 +240,8 @@ bool lut_job_open(struct lut_job *job, const char *pattern, const struct lut_arg
     const bool ok =
         illuminant_get(&job->light, args->illuminant, e) &&
         find_wavelength(job, exponent > 0 ? exponent : 2, e) &&
-        read_pattern(&job->pattern, pattern, job->lambda_m, args, "center", args->center, e) &&
+        read_pattern(&job->pattern, pattern, job->lambda_m, job->band.n ? &job->band : NULL, args,
+                     "center", args->center, e) &&
         find_exponent(job, e) && read_psf(job, e);
     if (!ok)
         lut_job_finish(job);
