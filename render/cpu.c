@@ -4,9 +4,9 @@
 #include "core/log.h"
 #include <stdlib.h>
 
-enum { RAYS = 8, RAYS_SURROUNDED = 2, LIGHT_POINTS = 32 };
+enum { RAYS = 8, RAYS_SURROUNDED = 2, LIGHT_POINTS = 32, FAR_LIGHTS = 8192 };
 
-// What is traced, and how: the lights of the environment are few, or every one of its pixels.
+// What is traced, and how: the lights of the environment are few, or many.
 struct tracing {
     const struct scene *scene;
     bool integrate;
@@ -14,18 +14,24 @@ struct tracing {
     int n_far;
 };
 
-// The light seen from its k-th of LIGHT_POINTS points: a spiral of equal areas over its disc, which
-// faces the point that is lit; `turn` rotates it from ray to ray.
-static struct light light_point(const struct light *l, struct vec3 lit, int k, double turn)
+// The k-th of n points of a spiral that share the area of a disc of that radius.
+static struct vec3 disc_point(double radius, int k, int n, double turn)
+{
+    const double r = radius * sqrt((k + .5) / n);
+    const double angle = 2.399963229728653 * k + turn; // the golden angle
+    return v3(r * cos(angle), r * sin(angle), 0);
+}
+
+// The k-th of LIGHT_POINTS points of a light's disc, which faces the sample's centre; `turn`
+// rotates them from ray to ray.
+static struct light light_point(const struct scene *s, const struct light *l, int k, double turn)
 {
     struct light p = *l;
     struct frame f;
-    const struct vec3 to = l->is_far ? l->at : v3_sub(l->at, lit);
+    const struct vec3 to = l->is_far ? l->at : v3_sub(l->at, s->object[0].shape.at_m);
     if (!frame_from(fabs(to.x) < fabs(to.y) ? v3(1, 0, 0) : v3(0, 1, 0), to, &f))
         return p;
-    const double r = l->radius_m * sqrt((k + .5) / LIGHT_POINTS);
-    const double angle = 2.399963229728653 * k + turn; // the golden angle
-    p.at = v3_add(l->at, frame_world(&f, v3(r * cos(angle), r * sin(angle), 0)));
+    p.at = v3_add(l->at, frame_world(&f, disc_point(l->radius_m, k, LIGHT_POINTS, turn)));
     if (l->is_far)
         p.at = v3_unit(p.at);
     return p;
@@ -82,14 +88,14 @@ static void add_surround(const struct tracing *t, const struct object *o, const 
             (1 - through) * mirror[c];
 }
 
-static const struct object *nearest(const struct scene *s, struct vec3 dir, struct hit *hit)
+static const struct object *nearest(const struct scene *s, struct vec3 eye, struct vec3 dir,
+                                    struct hit *hit)
 {
     const struct object *found = NULL;
     struct hit h;
     hit->distance = INFINITY;
     for (int k = 0; k < s->n_objects; k++)
-        if (shape_hit(&s->object[k].shape, s->camera.eye_m, dir, &h) &&
-            h.distance < hit->distance) {
+        if (shape_hit(&s->object[k].shape, eye, dir, &h) && h.distance < hit->distance) {
             *hit = h;
             found = &s->object[k];
         }
@@ -105,7 +111,7 @@ static void shade(const struct tracing *t, const struct object *o, const struct 
         const struct light *l = &s->light[k];
         const int points = t->integrate && l->radius_m > 0 ? LIGHT_POINTS : 1;
         for (int p = 0; p < points; p++) {
-            const struct light point = points > 1 ? light_point(l, hit->at_m, p, turn) : *l;
+            const struct light point = points > 1 ? light_point(s, l, p, turn) : *l;
             add_light(s, &o->material, hit, wo, diffracts, &point, 1.0 / points, out);
         }
     }
@@ -113,11 +119,12 @@ static void shade(const struct tracing *t, const struct object *o, const struct 
         add_surround(t, o, hit, wo, diffracts, out);
 }
 
-static void trace(const struct tracing *t, struct vec3 dir, double turn, double out[3])
+static void trace(const struct tracing *t, struct vec3 eye, struct vec3 dir, double turn,
+                  double out[3])
 {
     const struct scene *s = t->scene;
     struct hit hit = {0};
-    const struct object *o = nearest(s, dir, &hit);
+    const struct object *o = nearest(s, eye, dir, &hit);
     for (int c = 0; c < 3; c++)
         out[c] = o ? 0 : s->background[c];
     if (o) {
@@ -129,6 +136,18 @@ static void trace(const struct tracing *t, struct vec3 dir, double turn, double 
     }
 }
 
+// The ray leaves the k-th of n points of the lens, for where the middle one meets the plane in
+// focus; `dir` keeps its length along the view.
+static void through_lens(const struct camera *c, int k, int n, struct vec3 *eye, struct vec3 *dir)
+{
+    const struct vec3 forward = v3_unit(v3_sub(c->target_m, c->eye_m));
+    const struct vec3 right = v3_unit(v3_cross(forward, c->up)), up = v3_cross(right, forward);
+    const struct vec3 at = disc_point(c->aperture_m / 2, (k * 29 + 7) % n, n, 0);
+    const struct vec3 sharp = v3_add(c->eye_m, v3_scale(camera_focus(c), *dir));
+    *eye = v3_add(c->eye_m, v3_add(v3_scale(at.x, right), v3_scale(at.y, up)));
+    *dir = v3_scale(1 / camera_focus(c), v3_sub(sharp, *eye));
+}
+
 static void render_row(const struct tracing *t, int j, int rays, float *row)
 {
     const struct scene *s = t->scene;
@@ -136,10 +155,12 @@ static void render_row(const struct tracing *t, int j, int rays, float *row)
         double sum[3] = {0};
         for (int k = 0; k < rays * rays; k++) {
             const double x = i + (k % rays + .5) / rays - .5, y = j + (k / rays + .5) / rays - .5;
-            struct vec3 dir;
+            struct vec3 eye = s->camera.eye_m, dir;
             double one[3];
             camera_ray(&s->camera, x, y, s->w, s->h, &dir);
-            trace(t, dir, k, one);
+            if (t->integrate && s->camera.aperture_m > 0)
+                through_lens(&s->camera, k, rays * rays, &eye, &dir);
+            trace(t, eye, dir, k, one);
             for (int c = 0; c < 3; c++)
                 sum[c] += one[c];
         }
@@ -156,16 +177,16 @@ bool cpu_render(const struct scene *s, bool integrate, struct image *out, struct
         t.far = s->surround->light;
         t.n_far = s->surround->n_lights;
     }
-    if (s->surround && integrate) {
-        if (!surround_all(s->surround, &all, &t.n_far, e))
-            return false;
-        t.far = all;
-    }
+    if (s->surround && integrate)
+        t.far = all = surround_cut(s->surround, FAR_LIGHTS, &t.n_far);
     if (!image_init(out, s->w, s->h, 3, e)) {
         free(all);
         return false;
     }
-    const int rays = !integrate ? 1 : s->surround ? RAYS_SURROUNDED : RAYS;
+    bool dear = false; // some surface asks every pixel of the environment
+    for (int k = 0; k < s->n_objects && s->surround; k++)
+        dear = dear || object_uses_far_lights(&s->object[k]);
+    const int rays = !integrate ? 1 : dear ? RAYS_SURROUNDED : RAYS;
     struct progress bar;
     progress_start(&bar, "rendering", s->h);
 #pragma omp parallel for schedule(dynamic, 4)

@@ -32,7 +32,7 @@ GLuint gl_texture(GLenum target, GLint filter);
 // Binds a texture to a unit and the program's sampler of that name to the unit.
 void gl_bind(GLuint program, const char *name, int unit, GLenum target, GLuint texture);
 
-// An offscreen picture: float colour and depth.
+// An offscreen picture: float colour and depth, both textures.
 struct gl_target {
     int w, h;
     GLuint frame, color, depth;

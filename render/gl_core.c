@@ -123,13 +123,13 @@ bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
     *t = (struct gl_target){.w = w, .h = h};
     t->color = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, w, h, 0, GL_RGBA, GL_FLOAT, NULL);
-    glGenRenderbuffers(1, &t->depth);
-    glBindRenderbuffer(GL_RENDERBUFFER, t->depth);
-    glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT32F, w, h);
+    t->depth = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, w, h, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
+                 NULL);
     glGenFramebuffers(1, &t->frame);
     glBindFramebuffer(GL_FRAMEBUFFER, t->frame);
     glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t->color, 0);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, t->depth);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, t->depth, 0);
     const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     if (status == GL_FRAMEBUFFER_COMPLETE && glGetError() == GL_NO_ERROR)
@@ -144,7 +144,7 @@ void gl_target_finish(struct gl_target *t)
     if (!t->frame)
         return;
     glDeleteFramebuffers(1, &t->frame);
-    glDeleteRenderbuffers(1, &t->depth);
+    glDeleteTextures(1, &t->depth);
     glDeleteTextures(1, &t->color);
     *t = (struct gl_target){0};
 }

@@ -130,6 +130,7 @@ void gl_set_camera(GLuint p, const struct camera *c, const struct shape *s, int 
     set_local(p, "forward", &s->frame, axes[2]);
     set_local(p, "eye", &s->frame, v3_sub(c->eye_m, s->at_m));
     gl_set2f(p, "size", w, h);
+    gl_set2f(p, "shift", c->shift[0], c->shift[1]);
 }
 
 static void set_shape(GLuint p, const struct shape *s)

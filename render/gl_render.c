@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "render/gl_render.h"
 #include "core/mem.h"
+#include "render/gl_lens.h"
 #include "render/gl_object.h"
 #include "render/shaders.h"
 #include <math.h>
@@ -247,15 +248,24 @@ bool gl_render(const struct scene *s, struct image *out, struct gl_work *work, s
 {
     struct gl_context *c = NULL;
     struct gl_renderer *r = NULL;
-    struct gl_target t = {0};
+    struct gl_target t = {0}, blurred = {0};
+    struct gl_lens lens = {0};
     if (!gl_context_open(&c, e))
         return false;
-    const bool ok = gl_target_init(&t, s->w, s->h, e) && gl_renderer_open(&r, s, e) &&
-                    gl_renderer_draw(r, s, &t, e) && gl_target_read(&t, out, e);
+    bool ok = gl_target_init(&t, s->w, s->h, e) && gl_renderer_open(&r, s, e) &&
+              gl_renderer_draw(r, s, &t, e);
+    if (ok && s->camera.aperture_m > 0) {
+        ok = gl_lens_init(&lens, e) && gl_target_init(&blurred, s->w, s->h, e);
+        if (ok)
+            gl_lens_draw(&lens, s, &t, &blurred);
+    }
+    ok = ok && gl_target_read(blurred.frame ? &blurred : &t, out, e);
     if (ok && work)
         *work = gl_renderer_work(r, s, &t);
     gl_renderer_close(r);
+    gl_lens_finish(&lens);
     gl_target_finish(&t);
+    gl_target_finish(&blurred);
     gl_context_close(c);
     return ok;
 }

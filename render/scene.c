@@ -46,11 +46,16 @@ void camera_axes(const struct camera *c, int w, int h, struct vec3 axes[3])
     axes[2] = forward;
 }
 
+double camera_focus(const struct camera *c)
+{
+    return c->focus_m > 0 ? c->focus_m : v3_norm(v3_sub(c->target_m, c->eye_m));
+}
+
 void camera_ray(const struct camera *c, double x, double y, int w, int h, struct vec3 *dir)
 {
     struct vec3 a[3];
     camera_axes(c, w, h, a);
-    const double sx = 2 * (x + .5) / w - 1, sy = 1 - 2 * (y + .5) / h;
+    const double sx = 2 * (x + .5) / w - 1 + c->shift[0], sy = 1 - 2 * (y + .5) / h - c->shift[1];
     *dir = v3_add(a[2], v3_add(v3_scale(sx, a[0]), v3_scale(sy, a[1])));
 }
 
@@ -67,8 +72,8 @@ void shape_pixels(const struct camera *c, const struct shape *s, int w, int h, i
         const struct vec3 p = v3_sub(v3_add(s->at_m, frame_world(&s->frame, corner)), c->eye_m);
         const double z = v3_dot(p, a[2]);
         behind = behind || z <= 0;
-        const double x = (v3_dot(p, a[0]) / v3_dot(a[0], a[0]) / z + 1) / 2 * w;
-        const double y = (1 - v3_dot(p, a[1]) / v3_dot(a[1], a[1]) / z) / 2 * h;
+        const double x = (v3_dot(p, a[0]) / v3_dot(a[0], a[0]) / z + 1 - c->shift[0]) / 2 * w;
+        const double y = (1 - c->shift[1] - v3_dot(p, a[1]) / v3_dot(a[1], a[1]) / z) / 2 * h;
         x0 = fmin(x0, x);
         x1 = fmax(x1, x);
         y0 = fmin(y0, y);

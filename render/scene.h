@@ -11,7 +11,10 @@
 
 struct camera {
     struct vec3 eye_m, target_m, up;
-    double fov_rad; // of the picture's height
+    double fov_rad;    // of the picture's height
+    double aperture_m; // diameter of a thin lens; 0: a pinhole
+    double focus_m;    // along the view, what the lens shows sharp; 0: the target
+    double shift[2];   // of every ray over the picture, right and down, in halves of its size
 };
 
 struct light {
@@ -72,6 +75,8 @@ bool scene_read(struct scene *s, const char *path, const struct scene_options *o
 // environment's lights.
 bool scene_prefilter(struct scene *s, struct err *e);
 void scene_finish(struct scene *s); // accepts a zeroed struct
+
+double camera_focus(const struct camera *c); // focus_m, or the distance of the target
 
 // The ray through the point (x, y) of a w x h picture, pixel centres at integers; dir is not unit:
 // its component along the view is 1.

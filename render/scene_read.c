@@ -55,7 +55,9 @@ static bool read_camera(struct ynode *root, struct camera *c, struct err *e)
         !field_vec(map, "eye", Y_NEEDED, UNIT_M, &c->eye_m, e) ||
         !field_vec(map, "target", Y_OPTIONAL, UNIT_M, &c->target_m, e) ||
         !field_vec(map, "up", Y_OPTIONAL, UNIT_NONE, &c->up, e) ||
-        !ymap_num(map, "fov", Y_OPTIONAL, UNIT_RAD, 1e-4, 3, &c->fov_rad, e))
+        !ymap_num(map, "fov", Y_OPTIONAL, UNIT_RAD, 1e-4, 3, &c->fov_rad, e) ||
+        !ymap_num(map, "aperture", Y_OPTIONAL, UNIT_M, 0, 1, &c->aperture_m, e) ||
+        !ymap_num(map, "focus", Y_OPTIONAL, UNIT_M, 1e-6, SCENE_FAR_M, &c->focus_m, e))
         return false;
     struct frame f;
     return frame_from(c->up, v3_sub(c->target_m, c->eye_m), &f) ||

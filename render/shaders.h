@@ -10,6 +10,8 @@ extern const char shader_layers[];   // diffuse, specular, diffraction, coat
 extern const char shader_surround[]; // environments
 extern const char shader_surface[];  // fragment: main() of a shape
 extern const char shader_backdrop[]; // fragment: main() of what is behind
+extern const char shader_mean[];     // fragment: a picture as it is
+extern const char shader_lens[];     // fragment: circles of confusion
 extern const char shader_env_map[];  // lat-long maps: direction of a pixel, pixel of a direction
 extern const char shader_env_pass[]; // fragment: one filter along one axis (R17)
 extern const char shader_env_turn[]; // fragment: a map turned

@@ -124,44 +124,30 @@ static struct surround_light light_of(const struct image *im, const struct part 
     return l;
 }
 
-static void add_lights(struct surround *s)
+struct surround_light *surround_cut(const struct surround *s, int most, int *n_lights)
 {
     const struct image *im = &s->env.map;
-    struct part part[SURROUND_LIGHTS] = {{0, 0, im->w, im->h, 0}};
+    struct part *part = xcalloc((size_t)most, sizeof *part);
+    struct surround_light *light = xcalloc((size_t)most, sizeof *light);
+    part[0] = (struct part){0, 0, im->w, im->h, 0};
     for (int k = 0; k < im->w; k++)
         part[0].power += column_power(im, &part[0], k, true);
     int n = 1;
-    while (n < SURROUND_LIGHTS) {
-        int most = -1;
+    while (n < most) {
+        int next = -1;
         for (int k = 0; k < n; k++)
-            if (part[k].w * part[k].h > 1 && (most < 0 || part[k].power > part[most].power))
-                most = k;
-        if (most < 0 || !(part[most].power > 0))
+            if (part[k].w * part[k].h > 1 && (next < 0 || part[k].power > part[next].power))
+                next = k;
+        if (next < 0 || !(part[next].power > 0))
             break;
-        cut(im, &part[most], &part[n++]);
+        cut(im, &part[next], &part[n++]);
     }
+    *n_lights = 0;
     for (int k = 0; k < n; k++)
         if (part[k].power > 0)
-            s->light[s->n_lights++] = light_of(im, &part[k]);
-}
-
-bool surround_all(const struct surround *s, struct surround_light **light, int *n, struct err *e)
-{
-    const struct image *im = &s->env.map;
-    struct surround_light *all =
-        sample_alloc((size_t)im->w * (size_t)im->h, sizeof *all, "environment", e);
-    if (!all)
-        return false;
-    *n = 0;
-    for (int j = 0; j < im->h; j++)
-        for (int i = 0; i < im->w; i++) {
-            const struct part one = {i, j, 1, 1, 0};
-            const float *px = pixel(im, i, j);
-            if (px[0] > 0 || px[1] > 0 || px[2] > 0)
-                all[(*n)++] = light_of(im, &one);
-        }
-    *light = all;
-    return true;
+            light[(*n_lights)++] = light_of(im, &part[k]);
+    free(part);
+    return light;
 }
 
 void surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad)
@@ -175,7 +161,9 @@ void surround_init(struct surround *s, struct environment *env, double intensity
     const long columns = lround(turn_rad / (2 * M_PI) * im->w) % im->w;
     turn(im, (int)(columns < 0 ? columns + im->w : columns));
     add_harmonics(s);
-    add_lights(s);
+    struct surround_light *light = surround_cut(s, SURROUND_LIGHTS, &s->n_lights);
+    memcpy(s->light, light, (size_t)s->n_lights * sizeof *light);
+    free(light);
 }
 
 void surround_finish(struct surround *s)

@@ -24,8 +24,9 @@ struct surround {
 void surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad);
 void surround_finish(struct surround *s); // accepts a zeroed struct
 
-// Every pixel that is not dark as a light; free it.
-bool surround_all(const struct surround *s, struct surround_light **light, int *n, struct err *e);
+// All of its light in at most `most` lights by a median cut (Debevec 2005): down to single pixels
+// where it is brightest, or everywhere when the map has no more. Free them.
+struct surround_light *surround_cut(const struct surround *s, int most, int *n);
 
 // Radiance from a unit direction, bilinear as a texture is read.
 void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3]);

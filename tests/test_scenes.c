@@ -7,6 +7,8 @@
 #include "core/imgfile.h"
 #include "core/spectrum.h"
 #include "render/display.h"
+#include "render/gl_progress.h"
+#include "render/studio.h"
 #include "tests/render_fixture.h"
 #include "ui/coil.h"
 #include <dirent.h>
@@ -101,6 +103,7 @@ static void compare_golden(struct image *im, const struct scene *s, const char *
     image_finish(&before);
 }
 
+// One picture by GL against one by the CPU: both take lights as points, a pixel as its middle.
 static void check_scene(const char *name)
 {
     char path[500];
@@ -114,6 +117,7 @@ static void check_scene(const char *name)
         fail_msg("%s: %s", name, e.msg);
     if (gl_render(&s, &im[1], NULL, &e)) {
         const double difference = rel_rmse(&im[1], &im[0]);
+        print_message("%-20s GL against the CPU: %.2g\n", name, difference);
         if (!(difference < 0.01))
             fail_msg("%s: GL differs from the CPU by %g", name, difference);
     } else if (e.code != ERR_DEVICE) {
@@ -127,7 +131,42 @@ static void check_scene(const char *name)
     scene_finish(&s);
 }
 
-TEST(every_scene_is_drawn_alike_by_both_and_as_before)
+// 64 pictures by GL against full integration: 64 rays a pixel, areas of lights, 2,048 lights of a
+// small room.
+static void check_integral(const char *name)
+{
+    char path[500];
+    struct scene s;
+    struct image im[2] = {0}, room;
+    struct err e;
+    assert_true(studio_map(&room, 32, &e) && image_write(&room, in_folder("room.exr"), &e));
+    image_finish(&room);
+    snprintf(path, sizeof path, "%s/rigs/scenes/%s.yaml", SOURCE_DIR, name);
+    const struct scene_options o = {.tables = folder,
+                                    .environment = in_folder("room.exr"),
+                                    .exposure_ev = NAN,
+                                    .w = 160,
+                                    .h = 120,
+                                    .nodes = 128};
+    if (!scene_read(&s, path, &o, &e) || !gl_render_passes(&s, 8, &im[1], NULL, &e)) {
+        print_message("%s: %s\n", name, e.msg);
+        skip();
+    }
+    assert_true(cpu_render(&s, true, &im[0], &e));
+    const double difference = rel_rmse(&im[1], &im[0]);
+    bool glitters = false; // each of the room's lights is in one of the pictures only
+    for (int k = 0; k < s.n_objects && s.surround; k++)
+        glitters = glitters || object_uses_far_lights(&s.object[k]);
+    print_message("%-20s GL, 64 pictures, against full integration: %.2g%s\n", name, difference,
+                  glitters ? ", with many lights on narrow lobes" : "");
+    if (!(difference < 0.01) && !glitters)
+        fail_msg("%s: GL differs from full integration by %g", name, difference);
+    image_finish(&im[0]);
+    image_finish(&im[1]);
+    scene_finish(&s);
+}
+
+static void check_all(void (*check)(const char *name))
 {
     char path[500];
     snprintf(path, sizeof path, "%s/rigs/scenes", SOURCE_DIR);
@@ -139,16 +178,29 @@ TEST(every_scene_is_drawn_alike_by_both_and_as_before)
         if (!dot)
             continue;
         *dot = 0;
-        check_scene(f->d_name);
+        check(f->d_name);
         n++;
     }
     closedir(d);
     assert_true(n > 15);
 }
 
+TEST(every_scene_is_drawn_alike_by_both_and_as_before)
+{
+    check_all(check_scene);
+}
+
+TEST(every_scene_drawn_many_times_is_its_integral)
+{
+    if (!getenv("NACRE_INTEGRALS")) // minutes of full integration: ctest -L slow
+        skip();
+    check_all(check_integral);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_scene_is_drawn_alike_by_both_and_as_before)};
+        cmocka_unit_test(every_scene_is_drawn_alike_by_both_and_as_before),
+        cmocka_unit_test(every_scene_drawn_many_times_is_its_integral)};
     return cmocka_run_group_tests(tests, make_tables, drop_tables);
 }

@@ -4,7 +4,7 @@
 #include "core/log.h"
 #include "render/cpu.h"
 #include "render/display.h"
-#include "render/gl_render.h"
+#include "render/gl_progress.h"
 #include "render/view.h"
 #include "ui/commands.h"
 #include <math.h>
@@ -15,6 +15,7 @@ struct args {
     const char *out, *size, *backend, *table, *factors, *tables, *environment, *exposure, *with,
         *against, *view;
     double tolerance, decades;
+    int samples;
     bool reference;
 };
 
@@ -27,7 +28,10 @@ static const struct opt opts[] = {
     {"backend", OPT_CHOICE, offsetof(struct args, backend), "gl|cpu", "gl",
      "OpenGL without a display, or the CPU in double"},
     {"reference", OPT_FLAG, offsetof(struct args, reference),
-     .help = "CPU with full integration: 64 rays a pixel, over the area of each light"},
+     .help =
+         "CPU with full integration: 64 rays a pixel, over the lens and the area of each light"},
+    {"samples", OPT_INT, offsetof(struct args, samples), "N", "1",
+     "OpenGL: N x N pictures, whose mean is over each pixel, the lens and the area of each light"},
     {"table", OPT_FILE, offsetof(struct args, table), "FILE",
      .help = "diffraction table of the sample, instead of the scene's"},
     {"factors", OPT_FILE, offsetof(struct args, factors), "FILE",
@@ -89,6 +93,13 @@ static void tell_work(const struct gl_work *w, struct cli *cli)
     }
 }
 
+static bool gl_draw(const struct args *a, struct scene *s, struct image *im, struct gl_work *work,
+                    struct err *e)
+{
+    return a->samples > 1 ? gl_render_passes(s, a->samples, im, work, e)
+                          : gl_render(s, im, work, e);
+}
+
 // The other picture of a split or a difference.
 static bool draw_other(const struct args *a, struct scene *s, struct image *im, struct err *e)
 {
@@ -97,7 +108,7 @@ static bool draw_other(const struct args *a, struct scene *s, struct image *im, 
     const bool reference = !strcmp(a->against, "reference");
     if (reference || !strcmp(a->against, "cpu"))
         return cpu_render(s, reference, im, e);
-    const bool ok = material_choose(m, a->against, e) && gl_render(s, im, NULL, e);
+    const bool ok = material_choose(m, a->against, e) && gl_draw(a, s, im, NULL, e);
     m->diffraction = keep;
     return ok;
 }
@@ -128,6 +139,8 @@ static bool check(const struct args *a, struct err *e)
     const bool two = !strcmp(a->view, "split") || !strcmp(a->view, "difference");
     if (two != (a->against != NULL))
         return err_set(e, ERR_USAGE, "--against and --view split or difference need each other");
+    if (a->samples < 1 || a->samples > 64)
+        return err_set(e, ERR_DATA, "--samples: %d is out of range: must be 1 to 64", a->samples);
     return a->decades > 0 || err_set(e, ERR_DATA, "--decades: %g must be above 0", a->decades);
 }
 
@@ -137,7 +150,7 @@ static bool draw(const struct args *a, struct scene *s, struct image *im, struct
     struct gl_work work = {0};
     const bool cpu = a->reference || !strcmp(a->backend, "cpu");
     const double start_s = now_s();
-    if (!(cpu ? cpu_render(s, a->reference, im, e) : gl_render(s, im, &work, e)))
+    if (!(cpu ? cpu_render(s, a->reference, im, e) : gl_draw(a, s, im, &work, e)))
         return false;
     doc_text(cli->doc, "picture", a->out);
     doc_int(cli->doc, "width", im->w);

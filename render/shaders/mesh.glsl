@@ -4,6 +4,7 @@ layout(location = 1) in vec3 n;
 layout(location = 2) in vec3 t;
 layout(location = 3) in vec2 st;
 uniform vec3 eye, right, up, forward;
+uniform vec2 shift;
 uniform int n_far;
 flat out ivec2 far_list;
 out vec3 mesh_at, mesh_n, mesh_t;
@@ -18,6 +19,7 @@ void main()
     mesh_st = st;
     vec3 p = at - eye;
     // The fragment shader writes the depth; z = 0 only keeps what is in front of the eye.
-    gl_Position = vec4(dot(p, right) / dot(right, right), -dot(p, up) / dot(up, up), 0.0,
-                       dot(p, forward));
+    float z = dot(p, forward);
+    vec2 xy = vec2(dot(p, right) / dot(right, right), -dot(p, up) / dot(up, up)) - shift * z;
+    gl_Position = vec4(xy, 0.0, z);
 }

@@ -1,5 +1,6 @@
 // surface.glsl - fragment shader: the ray of the pixel, its hit, the light it sends back.
 uniform vec2 size;      // of the picture in pixels
+uniform vec2 shift;     // of all rays, in halves of the picture
 uniform vec3 right, up; // of the camera, in the shape's coordinates
 #if SHAPE != 4
 uniform vec3 forward;
@@ -32,7 +33,7 @@ float mask_at(vec2 st)
 void main()
 {
     // Row 0 of the target is the top row of the picture.
-    vec2 at = 2.0 * gl_FragCoord.xy / size - 1.0;
+    vec2 at = 2.0 * gl_FragCoord.xy / size - 1.0 + shift;
     vec3 dir = forward + at.x * right - at.y * up;
     Hit hit;
     if (!shape_hit(eye, dir, hit))
