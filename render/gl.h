@@ -14,6 +14,9 @@ void gl_context_close(struct gl_context *c); // accepts NULL
 
 // Refuses a context that is older than 3.3 or cannot draw to float textures; ERR_DEVICE.
 bool gl_check(struct err *e);
+// False, ERR_DEVICE, when no context is current any more or its driver was reset: what was made in
+// it is gone, and only closing is left to do. Asked after every picture.
+bool gl_alive(struct err *e);
 const char *gl_name(void); // "llvmpipe (LLVM 15.0.6, 256 bits)"
 
 // Links a program; the parts of each stage follow "#version 330 core" and `defines`. 0 and
@@ -37,6 +40,8 @@ struct gl_target {
     int w, h;
     GLuint frame, color, depth;
 };
+extern GLenum
+    gl_picture_format; // of its colour, GL_RGBA32F; a test takes one that cannot be drawn to
 bool gl_target_init(struct gl_target *t, int w, int h, struct err *e);
 void gl_target_finish(struct gl_target *t); // accepts a zeroed struct
 bool gl_target_read(const struct gl_target *t, struct image *out, struct err *e); // R,G,B

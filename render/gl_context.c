@@ -28,6 +28,26 @@ static EGLDisplay any_display(void)
     return d != EGL_NO_DISPLAY && eglInitialize(d, NULL, NULL) ? d : EGL_NO_DISPLAY;
 }
 
+// Asks to be told when the driver is reset (gl_alive), if the driver does that.
+static EGLContext make_context(EGLDisplay display)
+{
+    EGLContext context = EGL_NO_CONTEXT;
+    for (int told = 1; told >= 0 && context == EGL_NO_CONTEXT; told--) {
+        const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                                     3, //
+                                     EGL_CONTEXT_MINOR_VERSION,
+                                     3, //
+                                     EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                     EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                     told ? EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY
+                                          : EGL_NONE,
+                                     EGL_LOSE_CONTEXT_ON_RESET,
+                                     EGL_NONE};
+        context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+    }
+    return context;
+}
+
 bool gl_context_open(struct gl_context **out, struct err *e)
 {
     if (!epoxy_has_egl())
@@ -35,16 +55,9 @@ bool gl_context_open(struct gl_context **out, struct err *e)
     EGLDisplay display = any_display();
     if (display == EGL_NO_DISPLAY)
         return err_set(e, ERR_DEVICE, "no OpenGL: EGL has no usable display; %s", remedy);
-    static const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
-                                        3,
-                                        EGL_CONTEXT_MINOR_VERSION,
-                                        3,
-                                        EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                        EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                        EGL_NONE};
     EGLContext context = EGL_NO_CONTEXT;
     if (eglBindAPI(EGL_OPENGL_API))
-        context = eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes);
+        context = make_context(display);
     if (context == EGL_NO_CONTEXT ||
         !eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, context)) {
         return err_set(e, ERR_DEVICE, "no OpenGL 3.3 core context (EGL error %#x); %s",

@@ -6,6 +6,8 @@
 
 enum { MAX_PARTS = 8 };
 
+GLenum gl_picture_format = GL_RGBA32F;
+
 bool gl_check(struct err *e)
 {
     if (epoxy_gl_version() < 33)
@@ -18,9 +20,25 @@ bool gl_check(struct err *e)
     return true;
 }
 
+bool gl_alive(struct err *e)
+{
+    static const char remedy[] = "render again, or with --backend cpu";
+    if (!glGetString(GL_VERSION))
+        return err_set(e, ERR_DEVICE, "OpenGL's context is gone; %s", remedy);
+    GLenum reset = GL_NO_ERROR;
+    if (epoxy_gl_version() >= 45)
+        reset = glGetGraphicsResetStatus();
+    else if (epoxy_has_gl_extension("GL_ARB_robustness"))
+        reset = glGetGraphicsResetStatusARB();
+    return reset == GL_NO_ERROR ||
+           err_set(e, ERR_DEVICE, "OpenGL lost its context: %s reset the graphics card; %s",
+                   reset == GL_GUILTY_CONTEXT_RESET ? "this program" : "another program", remedy);
+}
+
 const char *gl_name(void)
 {
-    return (const char *)glGetString(GL_RENDERER);
+    const char *name = (const char *)glGetString(GL_RENDERER);
+    return name ? name : "no context";
 }
 
 static GLuint stage(GLenum kind, const char *name, const char *defines, const char *const parts[],
@@ -122,7 +140,7 @@ bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
                        w, h, (int)most);
     *t = (struct gl_target){.w = w, .h = h};
     t->color = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
-    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA32F, w, h, 0, GL_RGBA, GL_FLOAT, NULL);
+    glTexImage2D(GL_TEXTURE_2D, 0, (GLint)gl_picture_format, w, h, 0, GL_RGBA, GL_FLOAT, NULL);
     t->depth = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
     glTexImage2D(GL_TEXTURE_2D, 0, GL_DEPTH_COMPONENT32F, w, h, 0, GL_DEPTH_COMPONENT, GL_FLOAT,
                  NULL);
@@ -141,8 +159,10 @@ bool gl_target_init(struct gl_target *t, int w, int h, struct err *e)
 
 void gl_target_finish(struct gl_target *t)
 {
-    if (!t->frame)
+    if (!t->frame || !gl_alive(&(struct err){0})) {
+        *t = (struct gl_target){0};
         return;
+    }
     glDeleteFramebuffers(1, &t->frame);
     glDeleteTextures(1, &t->depth);
     glDeleteTextures(1, &t->color);
@@ -151,13 +171,15 @@ void gl_target_finish(struct gl_target *t)
 
 bool gl_target_read(const struct gl_target *t, struct image *out, struct err *e)
 {
-    if (!image_init(out, t->w, t->h, 3, e))
+    if (!gl_alive(e) || !image_init(out, t->w, t->h, 3, e))
         return false;
     glBindFramebuffer(GL_FRAMEBUFFER, t->frame);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadPixels(0, 0, t->w, t->h, GL_RGB, GL_FLOAT, out->px);
-    if (glGetError() == GL_NO_ERROR)
+    if (glGetError() == GL_NO_ERROR && gl_alive(e))
         return true;
     image_finish(out);
-    return err_set(e, ERR_DEVICE, "OpenGL lost the picture; use --backend cpu");
+    if (gl_alive(e))
+        err_set(e, ERR_DEVICE, "OpenGL cannot give the picture back; use --backend cpu");
+    return false;
 }

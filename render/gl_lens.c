@@ -16,7 +16,7 @@ bool gl_lens_init(struct gl_lens *l, struct err *e)
 
 void gl_lens_finish(struct gl_lens *l)
 {
-    if (!l->program)
+    if (!l->program || !gl_alive(&(struct err){0}))
         return;
     glDeleteProgram(l->program);
     glDeleteVertexArrays(1, &l->nothing);

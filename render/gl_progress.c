@@ -54,8 +54,10 @@ void gl_progress_finish(struct gl_progress *p)
     sampling_finish(&p->sampling);
     gl_target_finish(&p->one);
     gl_target_finish(&p->mean);
-    glDeleteProgram(p->program);
-    glDeleteVertexArrays(1, &p->nothing);
+    if (gl_alive(&(struct err){0})) {
+        glDeleteProgram(p->program);
+        glDeleteVertexArrays(1, &p->nothing);
+    }
     *p = (struct gl_progress){0};
 }
 

@@ -78,12 +78,8 @@ bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct er
     return true;
 }
 
-void gl_renderer_close(struct gl_renderer *r)
+static void drop(struct gl_renderer *r)
 {
-    if (!r)
-        return;
-    for (int k = 0; k < r->n; k++)
-        gl_object_finish(&r->object[k]);
     glDeleteTextures(1, &r->surround);
     glDeleteProgram(r->backdrop);
     glDeleteVertexArrays(1, &r->nothing);
@@ -92,6 +88,20 @@ void gl_renderer_close(struct gl_renderer *r)
     glDeleteBuffers(1, &r->far);
     glDeleteTextures(1, &r->far_lights);
     glDeleteBuffers(1, &r->lights);
+}
+
+void gl_renderer_close(struct gl_renderer *r)
+{
+    if (!r)
+        return;
+    const bool alive = gl_alive(&(struct err){0}); // else all of it is gone already
+    for (int k = 0; k < r->n; k++) {
+        if (alive)
+            gl_object_finish(&r->object[k]);
+        tiles_finish(&r->object[k].tiles);
+    }
+    if (alive)
+        drop(r);
     free(r->object);
     free(r);
 }
@@ -194,6 +204,8 @@ static void draw_object(struct gl_renderer *r, struct gl_object *g, const struct
 bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct gl_target *t,
                       struct err *e)
 {
+    if (!gl_alive(e))
+        return false;
     for (int k = 0; k < r->n; k++)
         if (!gl_object_programs(&r->object[k], &s->object[k], s, e))
             return false;
@@ -209,6 +221,8 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
         draw_object(r, &r->object[k], &s->object[k], s, t);
     glDisable(GL_DEPTH_TEST);
     const GLenum error = glGetError();
+    if (!gl_alive(e))
+        return false;
     return error == GL_NO_ERROR || err_set(e, ERR_DEVICE, "OpenGL error %#x while drawing", error);
 }
 

@@ -1,10 +1,23 @@
 // mesh.c - meshes made complete: normals, tangents, the tree of boxes, and rays against it.
 #define _GNU_SOURCE
 #include "render/mesh.h"
+#include "core/imgfile.h"
 #include "core/mem.h"
 #include <stdlib.h>
+#include <string.h>
 
 enum { LEAF = 4, DEEPEST = 64 };
+
+bool mesh_read(struct mesh *m, const char *path, double scale, const struct vec3 *tangent,
+               struct err *e)
+{
+    const char *ext = path_ext(path);
+    if (!strcmp(ext, ".gltf") || !strcmp(ext, ".glb"))
+        return mesh_read_gltf(m, path, scale, tangent, e);
+    if (!strcmp(ext, ".obj"))
+        return mesh_read_obj(m, path, scale, tangent, e);
+    return err_set(e, ERR_DATA, "%s: a mesh is a .obj, .gltf or .glb file", path);
+}
 
 void mesh_finish(struct mesh *m)
 {
@@ -50,9 +63,10 @@ static void add_normals(struct mesh *m)
     free(missing);
 }
 
-// d position / d s of each triangle, added to its corners.
-static void add_tangents(struct mesh *m)
+// d position / d s of each triangle, added to its corners; false when no triangle has one.
+static bool add_tangents(struct mesh *m)
 {
+    bool any = false;
     for (int k = 0; k < m->n_triangles; k++) {
         struct mesh_vertex *v[3];
         corners(m, k, v);
@@ -65,10 +79,13 @@ static void add_tangents(struct mesh *m)
         const struct vec3 t =
             v3_add(v3_scale(vb / det, a), v3_scale(-va / det, b)); // metres per unit of s
         const double area = v3_norm(v3_cross(a, b));
-        if (is_finite(t) && v3_norm(t) > 0)
-            for (int c = 0; c < 3; c++)
-                v[c]->t = v3_add(v[c]->t, v3_scale(area / v3_norm(t), t));
+        if (!is_finite(t) || !(v3_norm(t) > 0))
+            continue;
+        for (int c = 0; c < 3; c++)
+            v[c]->t = v3_add(v[c]->t, v3_scale(area / v3_norm(t), t));
+        any = true;
     }
+    return any;
 }
 
 static void bound(const struct mesh *m, struct mesh_node *node)
@@ -146,8 +163,10 @@ bool mesh_complete(struct mesh *m, const char *name, bool has_st, const struct v
                        "or 'tangents: fixed' in the scene",
                        name);
     add_normals(m);
-    if (!has_t && !tangent)
-        add_tangents(m);
+    if (!has_t && !tangent && !add_tangents(m))
+        return err_set(e, ERR_DATA,
+                       "%s: all texture coordinates are the same: no tangents follow from them",
+                       name);
     for (int k = 0; k < m->n_vertices; k++) {
         struct mesh_vertex *v = &m->vertex[k];
         struct frame f;

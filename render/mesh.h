@@ -27,11 +27,17 @@ struct mesh {
 
 enum { MESH_MOST = 20000000 };
 
-// OBJ: v, vt, vn, f with polygons. Missing normals are smooth ones; where texture coordinates are
-// missing `tangent` is used, projected on the surface; NULL then is ERR_DATA, as are NaN, indices
-// that do not exist and degenerate files, with the line.
+// .obj (v, vt, vn, f with polygons), .gltf and .glb (triangles of the default scene, placed by
+// their nodes), times `scale`. Missing normals are smooth ones; tangents are the file's, else
+// follow its texture coordinates, else `tangent`, projected on the surface; a mesh with none of
+// them is ERR_DATA, as are NaN, indices that do not exist and degenerate files, with the line or
+// element. `tangent` overrides the file's.
 bool mesh_read(struct mesh *m, const char *path, double scale, const struct vec3 *tangent,
                struct err *e);
+bool mesh_read_obj(struct mesh *m, const char *path, double scale, const struct vec3 *tangent,
+                   struct err *e);
+bool mesh_read_gltf(struct mesh *m, const char *path, double scale, const struct vec3 *tangent,
+                    struct err *e);
 void mesh_finish(struct mesh *m); // accepts a zeroed struct
 
 // For readers: fills in what is missing (normals zero, tangents from s where `has_st`), checks,

@@ -142,8 +142,8 @@ static void join(const struct obj *o, double scale, struct mesh *m)
     free(rank);
 }
 
-bool mesh_read(struct mesh *out, const char *path, double scale, const struct vec3 *tangent,
-               struct err *e)
+bool mesh_read_obj(struct mesh *out, const char *path, double scale, const struct vec3 *tangent,
+                   struct err *e)
 {
     FILE *f = fopen(path, "r");
     if (!f)

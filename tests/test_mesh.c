@@ -14,7 +14,7 @@ static bool read_obj(struct mesh *m, const char *text, const struct vec3 *tangen
     const int fd = mkstemp(path);
     assert_true(fd >= 0 && write(fd, text, strlen(text)) == (ssize_t)strlen(text));
     close(fd);
-    const bool ok = mesh_read(m, path, 1, tangent, e);
+    const bool ok = mesh_read_obj(m, path, 1, tangent, e);
     unlink(path);
     if (!ok)
         memmove(e->msg, e->msg + strlen(path), strlen(e->msg + strlen(path)) + 1);

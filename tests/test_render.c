@@ -220,14 +220,22 @@ TEST(bad_scenes_name_the_line_and_what_would_be_right)
     }
 }
 
-TEST(a_missing_table_names_scene_line_and_file)
+TEST(a_missing_file_names_scene_line_and_file)
 {
+    static const char *const wants[] = {
+        "sample:\n  table: /nowhere/x\n", "sample:\n  factors: /nowhere/x\n",
+        "sample:\n  mask: /nowhere/x.png\n", "sample: {shape: mesh,\n  file: /nowhere/x.gltf}\n",
+        "environment:\n  map: /nowhere/x.hdr\nsample: {}\n"};
     struct err e;
-    assert_false(read_text("camera: {eye: [0, 0, 1m]}\nlights: [{at: [0, 0, 1m]}]\nsample:\n"
-                           "  table: /nowhere/x.exr\n",
-                           &e));
-    assert_string_equal(e.msg, ":4: /nowhere/x.exr: cannot open: No such file or directory");
-    assert_int_equal(e.code, ERR_FILE);
+    for (size_t k = 0; k < sizeof wants / sizeof *wants; k++) {
+        char text[300];
+        snprintf(text, sizeof text, "camera: {eye: [0, 0, 1m]}\nlights: [{at: [0, 0, 1m]}]\n%s",
+                 wants[k]);
+        assert_false(read_text(text, &e));
+        if (strncmp(e.msg, ":4: /nowhere/x", 14) || !strstr(e.msg, "No such file or directory"))
+            fail_msg("%s says '%s'", wants[k], e.msg);
+        assert_int_equal(e.code, ERR_FILE);
+    }
 }
 
 TEST_MAIN(cmocka_unit_test(a_plain_table_is_the_brdf_of_t17),
@@ -238,4 +246,4 @@ TEST_MAIN(cmocka_unit_test(a_plain_table_is_the_brdf_of_t17),
           cmocka_unit_test(a_far_lamp_is_a_near_one_taken_far),
           cmocka_unit_test(the_display_keeps_what_it_can_show),
           cmocka_unit_test(bad_scenes_name_the_line_and_what_would_be_right),
-          cmocka_unit_test(a_missing_table_names_scene_line_and_file))
+          cmocka_unit_test(a_missing_file_names_scene_line_and_file))
