@@ -223,7 +223,7 @@ TEST(bad_scenes_name_the_line_and_what_would_be_right)
 TEST(a_missing_file_names_scene_line_and_file)
 {
     static const char *const wants[] = {
-        "sample:\n  table: /nowhere/x\n", "sample:\n  factors: /nowhere/x\n",
+        "sample:\n  table: /nowhere/x.exr\n", "sample:\n  factors: /nowhere/x.exr\n",
         "sample:\n  mask: /nowhere/x.png\n", "sample: {shape: mesh,\n  file: /nowhere/x.gltf}\n",
         "environment:\n  map: /nowhere/x.hdr\nsample: {}\n"};
     struct err e;
