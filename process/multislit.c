@@ -14,6 +14,11 @@ double multislit_power(const struct multislit *s, double u, double lambda_m)
     return slit * slit * array_factor(s->count, s->pitch_m * u / lambda_m);
 }
 
+double multislit_peak(const struct multislit *s, double lambda_m)
+{
+    return s->count * s->width_m * s->width_m / (s->pitch_m * lambda_m);
+}
+
 double multislit_step(const struct multislit *s, double u)
 {
     // The sums' highest frequency in 1 / lambda is (N - 1) d u + a u, twice that of the amplitude.
@@ -48,7 +53,7 @@ static double wavelength_factor(const struct multislit *s, double lambda_m)
     if (!s->absolute)
         return pow(550e-9 / lambda_m, s->exponent);
     const double lobe = sqrt(2 * pi) * s->window[1]; // |P|^2 / (lambda^2 A w^2) at w = 2, / 4 pi^2
-    return s->count * s->width_m * s->width_m / (s->pitch_m * lambda_m) / (16 * pi * pi * lobe);
+    return multislit_peak(s, lambda_m) / (16 * pi * pi * lobe);
 }
 
 static double window(const struct multislit *s, double along, double across)

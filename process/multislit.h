@@ -23,6 +23,9 @@ struct multislit {
 // I(u, lambda), also where numerator and denominator vanish together.
 double multislit_power(const struct multislit *s, double u, double lambda_m);
 
+// |P|^2 / (lambda A) of a row in the mirror direction, A its whole length: N a^2 / (d lambda).
+double multislit_peak(const struct multislit *s, double lambda_m);
+
 // Step of the wavelength sum that resolves the lobes up to |u|.
 double multislit_step(const struct multislit *s, double u);
 

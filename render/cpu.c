@@ -4,14 +4,14 @@
 #include "core/log.h"
 #include <stdlib.h>
 
-enum { RAYS = 8, RAYS_SURROUNDED = 2, LIGHT_POINTS = 32, FAR_LIGHTS = 8192 };
+enum { RAYS = 8, LIGHT_POINTS = 32, FAR_LIGHTS = 8192, THIN = 16 };
 
 // What is traced, and how: the lights of the environment are few, or many.
 struct tracing {
     const struct scene *scene;
     bool integrate;
     const struct surround_light *far;
-    int n_far;
+    int n_far, thin; // of the lights a ray takes every thin-th, which stands for that many
 };
 
 // The k-th of n points of a spiral that share the area of a disc of that radius.
@@ -68,14 +68,16 @@ static void add_far(const struct object *o, const struct hit *hit, struct vec3 w
 }
 
 static void add_surround(const struct tracing *t, const struct object *o, const struct hit *hit,
-                         struct vec3 wo, double diffracts, double out[3])
+                         struct vec3 wo, double diffracts, int ray, double out[3])
 {
     const struct surround *s = t->scene->surround;
     const struct material *m = &o->material;
     double sum[3] = {0}, diffuse[3], seen[3] = {0}, mirror[3];
     if (object_uses_far_lights(o))
-        for (int k = 0; k < t->n_far; k++)
+        for (int k = ray % t->thin; k < t->n_far; k += t->thin)
             add_far(o, hit, wo, diffracts, &t->far[k], sum);
+    for (int c = 0; c < 3; c++)
+        sum[c] *= t->thin;
     surround_irradiance(s, hit->frame.n, diffuse);
     surround_radiance(s, frame_world(&hit->frame, v3(-wo.x, -wo.y, wo.z)), mirror);
     if (o->seen.px && diffracts > 0)
@@ -103,7 +105,7 @@ static const struct object *nearest(const struct scene *s, struct vec3 eye, stru
 }
 
 static void shade(const struct tracing *t, const struct object *o, const struct hit *hit,
-                  struct vec3 wo, double turn, double out[3])
+                  struct vec3 wo, int ray, double out[3])
 {
     const struct scene *s = t->scene;
     const double diffracts = mask_at(&o->material.mask, hit->s, hit->v);
@@ -111,16 +113,15 @@ static void shade(const struct tracing *t, const struct object *o, const struct 
         const struct light *l = &s->light[k];
         const int points = t->integrate && l->radius_m > 0 ? LIGHT_POINTS : 1;
         for (int p = 0; p < points; p++) {
-            const struct light point = points > 1 ? light_point(s, l, p, turn) : *l;
+            const struct light point = points > 1 ? light_point(s, l, p, ray) : *l;
             add_light(s, &o->material, hit, wo, diffracts, &point, 1.0 / points, out);
         }
     }
     if (s->surround)
-        add_surround(t, o, hit, wo, diffracts, out);
+        add_surround(t, o, hit, wo, diffracts, ray, out);
 }
 
-static void trace(const struct tracing *t, struct vec3 eye, struct vec3 dir, double turn,
-                  double out[3])
+static void trace(const struct tracing *t, struct vec3 eye, struct vec3 dir, int ray, double out[3])
 {
     const struct scene *s = t->scene;
     struct hit hit = {0};
@@ -130,7 +131,7 @@ static void trace(const struct tracing *t, struct vec3 eye, struct vec3 dir, dou
     if (o) {
         const struct vec3 wo = frame_local(&hit.frame, v3_scale(-1, v3_unit(dir)));
         if (wo.z > 0)
-            shade(t, o, &hit, wo, turn, out);
+            shade(t, o, &hit, wo, ray, out);
     } else if (s->surround && s->surround->shown) {
         surround_radiance(s->surround, v3_unit(dir), out);
     }
@@ -179,14 +180,12 @@ bool cpu_render(const struct scene *s, bool integrate, struct image *out, struct
     }
     if (s->surround && integrate)
         t.far = all = surround_cut(s->surround, FAR_LIGHTS, &t.n_far);
+    t.thin = s->surround && integrate ? THIN : 1;
     if (!image_init(out, s->w, s->h, 3, e)) {
         free(all);
         return false;
     }
-    bool dear = false; // some surface asks every pixel of the environment
-    for (int k = 0; k < s->n_objects && s->surround; k++)
-        dear = dear || object_uses_far_lights(&s->object[k]);
-    const int rays = !integrate ? 1 : dear ? RAYS_SURROUNDED : RAYS;
+    const int rays = integrate ? RAYS : 1;
     struct progress bar;
     progress_start(&bar, "rendering", s->h);
 #pragma omp parallel for schedule(dynamic, 4)

@@ -117,11 +117,11 @@ static void use_table(const struct gl_material *g, GLuint p, const struct materi
 
 static void use_slits(const struct gl_material *g, GLuint p, const struct slits *s)
 {
-    gl_set2f(p, "slit_pitch", s->pitch_m[0], s->pitch_m[1]);
-    gl_set2f(p, "slit_width", s->width_m[0], s->width_m[1]);
-    gl_set2f(p, "slit_count", s->count[0], s->count[1]);
+    gl_set2f(p, "slit_pitch", s->row[0].pitch_m, s->row[1].pitch_m);
+    gl_set2f(p, "slit_width", s->row[0].width_m, s->row[1].width_m);
+    gl_set2f(p, "slit_count", s->row[0].count, s->row[1].count);
     gl_set1f(p, "slit_across", s->across);
-    gl_set1i(p, "slit_radial", s->radial);
+    gl_set1i(p, "slit_radial", s->row[0].radial);
     gl_set2f(p, "slit_band", s->lambda_m, s->last_m);
     gl_bind(p, "slit_light", 1, GL_TEXTURE_2D, g->slit_light);
 }
@@ -144,7 +144,7 @@ void gl_material_use(const struct gl_material *g, GLuint p, const struct materia
         use_table(g, p, m);
     if (m->diffraction == DIFFRACTION_SLITS)
         use_slits(g, p, &m->slits);
-    gl_set1f(p, "stam_spacing", m->stam.spacing_um);
-    gl_set1f(p, "stam_roughness", m->stam.roughness);
-    gl_set3f(p, "stam_highlight", m->stam.highlight);
+    gl_set1f(p, "stam_spacing", m->rainbow.spacing_m * 1e6);
+    gl_set1f(p, "stam_roughness", m->rainbow.roughness);
+    gl_set3f(p, "stam_highlight", m->rainbow.highlight);
 }

@@ -47,6 +47,16 @@ bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct e
             err_set(e, ERR_DEVICE, "the environment does not fit this OpenGL; use --backend cpu"));
 }
 
+bool gl_renderer_materials(struct gl_renderer *r, const struct scene *s, struct err *e)
+{
+    for (int k = 0; k < r->n; k++) {
+        gl_material_finish(&r->object[k].material);
+        if (!gl_material_init(&r->object[k].material, &s->object[k].material, e))
+            return false;
+    }
+    return gl_renderer_surround(r, s, e);
+}
+
 bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct err *e)
 {
     struct gl_renderer *r = xcalloc(1, sizeof *r);

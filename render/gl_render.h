@@ -12,6 +12,10 @@ void gl_renderer_close(struct gl_renderer *r); // accepts NULL
 // Uploads the environment and what the objects show of it again, after it has changed.
 bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct err *e);
 
+// Uploads tables, slits and maps of all objects again, after the light's spectrum has changed
+// (relight.h).
+bool gl_renderer_materials(struct gl_renderer *r, const struct scene *s, struct err *e);
+
 // Draws into a target: linear radiance, row 0 of the target is the picture's top row. The scene is
 // the one opened, in which camera, lights, positions, numbers of materials and the way
 // each diffracts may have changed.

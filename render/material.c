@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "render/material.h"
 #include "core/spectrum.h"
+#include <stdlib.h>
 #include <string.h>
 
 void material_init(struct material *m)
@@ -14,6 +15,8 @@ void material_finish(struct material *m)
     if (!m)
         return;
     table_finish(&m->table);
+    photo_finish(m->photo);
+    free(m->photo);
     slits_finish(&m->slits);
     image_finish(&m->mask.picture);
 }
@@ -68,7 +71,7 @@ static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *co
 bool material_choose(struct material *m, const char *name, struct err *e)
 {
     static const char *const names[] = {"none", "table", "slits", "g04"};
-    const bool has[] = {true, m->table.n > 0, m->slits.n > 0, m->stam.spacing_um > 0};
+    const bool has[] = {true, m->table.n > 0 || m->photo, m->slits.n > 0, m->rainbow.spacing_m > 0};
     for (int k = 0; k < 4; k++)
         if (!strcmp(name, names[k]) && has[k]) {
             m->diffraction = (enum diffraction)k;
@@ -126,7 +129,7 @@ void material_diffraction(const struct material *m, struct vec3 wi, struct vec3 
         break;
     case DIFFRACTION_STAM: // the listing's colour is the picture's
         weight = 1;
-        stam_eval(&m->stam, h, out);
+        rainbow_rgb(&m->rainbow, h.x, h.z, out);
         break;
     }
     for (int c = 0; c < 3; c++)

@@ -5,13 +5,15 @@
 // spectrum; the other layers are multiplied by the light's colour.
 #pragma once
 #include "core/table.h"
-#include "render/grating.h"
+#include "process/rainbow.h"
+#include "render/photo.h"
+#include "render/slits.h"
 
 enum diffraction {
     DIFFRACTION_NONE,
     DIFFRACTION_TABLE,
     DIFFRACTION_SLITS, // evaluated at every point, wavelength by wavelength
-    DIFFRACTION_STAM,  // G04
+    DIFFRACTION_STAM,  // G04, process/rainbow.h
 };
 
 // Where the sample diffracts at all: stripes, or a picture's first channel (nearest pixel).
@@ -32,12 +34,13 @@ struct material {
     double gain; // of all diffraction, 1 unless the scene says otherwise
     struct mask mask;
 
-    struct table table; // linear sRGB; n is 0: there is none
-    int tables_used;    // of table.count; 0: all
-    double table_scale; // 4 pi^2 for a plain table, see material_take_table
-    bool over_w2;       // tables from heights leave G / w^2 to the renderer
+    struct table table;  // linear sRGB; n is 0: there is none
+    struct photo *photo; // that the table is summed from, owned; NULL: not known
+    int tables_used;     // of table.count; 0: all
+    double table_scale;  // 4 pi^2 for a plain table, see material_take_table
+    bool over_w2;        // tables from heights leave G / w^2 to the renderer
     struct slits slits;
-    struct stam stam; // spacing 0: there is none
+    struct rainbow rainbow; // G04; spacing 0: there is none
 };
 
 void material_init(struct material *m);   // black

@@ -61,6 +61,7 @@ struct scene_options {
     const char *factors;     // of the sample, in the place of a table; NULL: the file's
     const char *table;       // of the sample; NULL: the file's
     const char *tables;      // folder for files that are not beside the scene; NULL: none
+    const char *illuminant;  // of the lights, for samples with a photo; NULL: the file's
     const char *environment; // map of a scene that has one; NULL: the file's
     double exposure_ev;      // NAN: the file's
     bool exposure_auto;

@@ -91,6 +91,51 @@ static bool read_table(struct ynode *map, const struct scene *s, const struct sc
     return true;
 }
 
+// The photograph that the table is summed from, once the light is known.
+static bool read_photo(struct ynode *map, const struct scene *s, const struct scene_options *o,
+                       double r0, struct material *m, struct err *e)
+{
+    struct ynode *photo = NULL, *center = NULL;
+    const char *name = NULL, *channel = NULL;
+    double h_per_px = 0, scale = 1, at[2] = {NAN, NAN};
+    struct lut_request r = {.f0 = 1,
+                            .exponent = 2,
+                            .n = 501,
+                            .range = 0.35,
+                            .power = 1,
+                            .is_rgb = true,
+                            .tolerance = 1e-4};
+    if (!ymap_map(map, "photo", Y_OPTIONAL, &photo, e))
+        return false;
+    if (!photo)
+        return true;
+    if (!ymap_text(photo, "file", Y_NEEDED, &name, e) ||
+        !ymap_text(photo, "channel", Y_OPTIONAL, &channel, e) ||
+        !ymap_num(photo, "lambda", Y_NEEDED, UNIT_M, 380e-9, 780e-9, &r.lambda_m, e) ||
+        !ymap_num(photo, "h-per-pixel", Y_NEEDED, UNIT_NONE, 1e-9, 1, &h_per_px, e) ||
+        !ymap_list(photo, "center", Y_OPTIONAL, &center, e) ||
+        (center && !field_nums(photo, "center", Y_NEEDED, UNIT_NONE, 2, 0, 1e6, at, e)) ||
+        !ymap_num(photo, "scale", Y_OPTIONAL, UNIT_NONE, 1e-30, 1e30, &scale, e) ||
+        !ymap_num(photo, "f0", Y_NEEDED, UNIT_NONE, 1e-6, 1, &r.f0, e) ||
+        !ymap_num(photo, "exponent", Y_OPTIONAL, UNIT_NONE, 0, 8, &r.exponent, e) ||
+        !ymap_num(photo, "range", Y_OPTIONAL, UNIT_NONE, 1e-9, 2, &r.range, e) ||
+        !ymap_int(photo, "power", Y_OPTIONAL, 1, 99, &r.power, e) ||
+        !ymap_int(photo, "nodes", Y_OPTIONAL, 2, 8192, &r.n, e))
+        return false;
+    if (ymap_find(map, "table"))
+        return yaml_bad(photo, e, "stands beside 'table': give one of them");
+    if (m->table.n) // the command line's, instead
+        return true;
+    m->photo = xcalloc(1, sizeof *m->photo);
+    m->photo->request = r;
+    m->r0 = isnan(r0) ? r.f0 * r.f0 : r0;
+    char *path = scene_file(s, o, name);
+    const bool ok = photo_read(m->photo, path, channel, scale, at, e);
+    m->photo->pattern.h_per_px = h_per_px;
+    free(path);
+    return ok || err_in(e, "%s:%d", s->path, ynode_line(ymap_find(photo, "file")));
+}
+
 // The table that the first `rank` products of filters stand for, on the nodes of the filters.
 static bool multiply(const struct factors *f, int rank, struct table *t, struct err *e)
 {
@@ -145,11 +190,11 @@ static bool read_factors(struct ynode *map, const struct scene *s, const struct 
     return ok || (!instead && err_in(e, "%s:%d", s->path, ynode_line(ymap_find(map, "factors"))));
 }
 
-static bool read_row(struct ynode *map, struct slits *s, int axis, struct err *e)
+static bool read_row(struct ynode *map, struct multislit *row, struct err *e)
 {
-    return ymap_num(map, "pitch", Y_NEEDED, UNIT_M, 1e-9, 1, &s->pitch_m[axis], e) &&
-           ymap_num(map, "width", Y_NEEDED, UNIT_M, 1e-9, s->pitch_m[axis], &s->width_m[axis], e) &&
-           ymap_int(map, "count", Y_NEEDED, 1, 10000, &s->count[axis], e);
+    return ymap_num(map, "pitch", Y_NEEDED, UNIT_M, 1e-9, 1, &row->pitch_m, e) &&
+           ymap_num(map, "width", Y_NEEDED, UNIT_M, 1e-9, row->pitch_m, &row->width_m, e) &&
+           ymap_int(map, "count", Y_NEEDED, 1, 10000, &row->count, e);
 }
 
 static bool read_slits(struct ynode *map, struct material *m, struct err *e)
@@ -159,31 +204,32 @@ static bool read_slits(struct ynode *map, struct material *m, struct err *e)
         return !slits && !ymap_find(map, "slits");
     struct slits *s = &m->slits;
     *s = (struct slits){.across = 0.01, .n = 161};
-    if (!read_row(slits, s, 0, e) || !ymap_map(slits, "cross", Y_OPTIONAL, &cross, e) ||
-        (cross && !read_row(cross, s, 1, e)) ||
+    if (!read_row(slits, &s->row[0], e) || !ymap_map(slits, "cross", Y_OPTIONAL, &cross, e) ||
+        (cross && !read_row(cross, &s->row[1], e)) ||
         !ymap_num(slits, "across", Y_OPTIONAL, UNIT_NONE, 1e-6, 10, &s->across, e) ||
-        !ymap_bool(slits, "radial", Y_OPTIONAL, &s->radial, e) ||
+        !ymap_bool(slits, "radial", Y_OPTIONAL, &s->row[0].radial, e) ||
         !ymap_int(slits, "wavelengths", Y_OPTIONAL, 2, 4001, &s->n, e))
         return false;
-    if (s->radial && cross)
+    if (s->row[0].radial && cross)
         return yaml_bad(slits, e, "is either 'radial' or has a 'cross' row");
     return true;
 }
 
-static bool read_stam(struct ynode *map, struct material *m, struct err *e)
+static bool read_rainbow(struct ynode *map, struct material *m, struct err *e)
 {
-    struct ynode *stam = NULL;
+    struct ynode *g04 = NULL;
     double spacing_m = 2e-6;
-    if (!ymap_map(map, "g04", Y_OPTIONAL, &stam, e))
+    if (!ymap_map(map, "g04", Y_OPTIONAL, &g04, e))
         return false;
-    if (!stam)
+    if (!g04)
         return true;
-    m->stam = (struct stam){.roughness = 5, .highlight = {1, 1, 1}};
-    if (!ymap_num(stam, "spacing", Y_OPTIONAL, UNIT_M, 1e-9, 1, &spacing_m, e) ||
-        !ymap_num(stam, "roughness", Y_OPTIONAL, UNIT_NONE, 0, 1e6, &m->stam.roughness, e) ||
-        !field_color(stam, "highlight", INFINITY, m->stam.highlight, e))
+    struct rainbow *r = &m->rainbow;
+    *r = (struct rainbow){.roughness = 5, .highlight = {1, 1, 1}};
+    if (!ymap_num(g04, "spacing", Y_OPTIONAL, UNIT_M, 1e-9, 1, &spacing_m, e) ||
+        !ymap_num(g04, "roughness", Y_OPTIONAL, UNIT_NONE, 0, 1e6, &r->roughness, e) ||
+        !field_color(g04, "highlight", INFINITY, r->highlight, e))
         return false;
-    m->stam.spacing_um = spacing_m * 1e6;
+    r->spacing_m = spacing_m;
     return true;
 }
 
@@ -210,10 +256,10 @@ static bool read_mask(struct ynode *map, const struct scene *s, const struct sce
 // What diffracts: as asked, else the first that is given.
 static bool choose(struct ynode *map, struct material *m, struct err *e)
 {
-    const char *name = m->table.n               ? "table"
-                       : m->slits.n             ? "slits"
-                       : m->stam.spacing_um > 0 ? "g04"
-                                                : "none";
+    const char *name = m->table.n || m->photo     ? "table"
+                       : m->slits.n               ? "slits"
+                       : m->rainbow.spacing_m > 0 ? "g04"
+                                                  : "none";
     int ignored;
     struct err why;
     if (!ymap_choice(map, "diffraction", Y_OPTIONAL, "none|table|slits|g04", &ignored, e) ||
@@ -237,7 +283,7 @@ bool scene_read_material(struct ynode *map, const struct scene *s, const struct 
         return false;
     if (!isnan(r0))
         m->r0 = r0;
-    return read_table(map, s, o, table, r0, m, e) && read_factors(map, s, o, factors, r0, m, e) &&
-           read_slits(map, m, e) && read_stam(map, m, e) && read_mask(map, s, o, &m->mask, e) &&
-           choose(map, m, e);
+    return read_table(map, s, o, table, r0, m, e) && read_photo(map, s, o, r0, m, e) &&
+           read_factors(map, s, o, factors, r0, m, e) && read_slits(map, m, e) &&
+           read_rainbow(map, m, e) && read_mask(map, s, o, &m->mask, e) && choose(map, m, e);
 }

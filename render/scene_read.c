@@ -170,12 +170,9 @@ static bool read_surround(struct ynode *root, struct scene *s, const struct scen
         !ymap_bool(map, "shown", Y_OPTIONAL, &shown, e))
         return false;
     struct environment env;
-    struct image studio;
     bool ok;
-    if (o->environment) {
-        ok = environment_read(&env, o->environment, e);
-    } else if (!strcmp(name, "studio")) {
-        ok = studio_map(&studio, 512, e) && environment_take(&env, &studio, name, e);
+    if (o->environment || !strcmp(name, "studio")) {
+        ok = studio_or_file(&env, o->environment ? o->environment : name, e);
     } else {
         char *path = scene_file(s, o, name);
         ok = environment_read(&env, path, e) ||
@@ -220,27 +217,52 @@ static bool read_objects(struct ynode *root, struct scene *s, const struct scene
     return true;
 }
 
-// The lights' spectrum: as the scene says, else the one the sample's table was made for.
-static bool read_illuminant(struct ynode *root, struct scene *s, struct err *e)
+// Tables are summed for one light: another needs the photograph.
+static bool check_illuminant(const struct scene *s, const char *name, struct err *e)
+{
+    for (int k = 0; k < s->n_objects; k++) {
+        const struct material *m = &s->object[k].material;
+        if (m->table.n && !m->photo)
+            return err_set(e, ERR_DATA,
+                           "%s: the table of %s cannot be lit by %s: a 'photo' in its place can",
+                           s->path, s->object[k].name, name);
+    }
+    return true;
+}
+
+static bool light_object(struct material *m, const struct spectrum *light, struct err *e)
+{
+    struct table t;
+    if (m->slits.n && !slits_light(&m->slits, light, m->slits.n, e))
+        return false;
+    if (!m->photo || m->table.n) // factors may stand for its table
+        return true;
+    const enum diffraction chosen = m->diffraction;
+    if (!photo_table(m->photo, light, &t, e))
+        return false;
+    material_take_table(m, &t, m->r0);
+    m->diffraction = chosen;
+    return true;
+}
+
+// The lights' spectrum: as asked, as the scene says, else the one the sample's table was made for.
+static bool read_illuminant(struct ynode *root, struct scene *s, const struct scene_options *o,
+                            struct err *e)
 {
     const char *name = NULL;
-    if (!ymap_text(root, "illuminant", Y_OPTIONAL, &name, e))
+    if (!ymap_text(root, "illuminant", Y_OPTIONAL, &name, e) ||
+        (o->illuminant && !check_illuminant(s, o->illuminant, e)))
         return false;
+    if (o->illuminant)
+        name = o->illuminant;
     if (!name)
         name = meta_text(&s->object[0].material.table.meta, "nacre.illuminant");
     struct spectrum p;
     if (!illuminant_get(&p, name ? name : "E", e))
         return err_in(e, "%s", s->path);
-    struct slits all = {0}; // their weights add up to the light's colour
-    bool ok = slits_light(&all, &p, CIE_LAST_NM - CIE_FIRST_NM + 1, e);
-    for (int k = 0; k < all.n; k++)
-        for (int c = 0; c < 3; c++)
-            s->light_color[c] += all.weight[k][c];
-    slits_finish(&all);
-    for (int k = 0; k < s->n_objects && ok; k++) {
-        struct slits *slits = &s->object[k].material.slits;
-        ok = !slits->n || slits_light(slits, &p, slits->n, e);
-    }
+    bool ok = light_color(&p, s->light_color, e);
+    for (int k = 0; k < s->n_objects && ok; k++)
+        ok = light_object(&s->object[k].material, &p, e);
     spectrum_finish(&p);
     return ok || err_in(e, "%s", s->path);
 }
@@ -257,7 +279,7 @@ static bool read_all(struct ynode *root, struct scene *s, const struct scene_opt
     if (!field_nums(root, "size", Y_OPTIONAL, UNIT_NONE, 2, 1, 16384, size, e) ||
         !field_color(root, "background", INFINITY, s->background, e) ||
         !read_camera(root, &s->camera, e) || !read_surround(root, s, o, e) ||
-        !read_lights(root, s, e) || !read_objects(root, s, o, e) || !read_illuminant(root, s, e))
+        !read_lights(root, s, e) || !read_objects(root, s, o, e) || !read_illuminant(root, s, o, e))
         return false;
     s->w = o->w ? o->w : (int)size[0];
     s->h = o->h ? o->h : (int)size[1];

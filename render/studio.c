@@ -3,6 +3,7 @@
 #include "render/studio.h"
 #include "core/geom.h"
 #include <stddef.h>
+#include <string.h>
 
 // Edges are soft over 0.7 degrees, so that the map is smooth at any size.
 static const struct lamp {
@@ -19,6 +20,7 @@ static const struct lamp {
     {-172, 6, 0.5, 0.5, {5000, 5200, 5800}, 0}, // spots behind the viewer
     {174, 15, 0.5, 0.5, {5000, 5200, 5800}, 0},
     {-152, 22, 0.5, 0.5, {5000, 5200, 5800}, 0},
+    {30, 84, 0.6, 0.6, {4000, 3800, 3400}, 0}, // lamp overhead
 };
 
 static double soft(double outside_deg)
@@ -45,6 +47,7 @@ bool studio_map(struct image *map, int h, struct err *e)
 {
     if (!image_init(map, 2 * h, h, 3, e))
         return false;
+#pragma omp parallel for schedule(dynamic, 16)
     for (int j = 0; j < h; j++)
         for (int i = 0; i < 2 * h; i++) {
             const struct vec3 d = latlong_dir(i, j, 2 * h, h);
@@ -59,4 +62,12 @@ bool studio_map(struct image *map, int h, struct err *e)
             }
         }
     return true;
+}
+
+bool studio_or_file(struct environment *env, const char *name, struct err *e)
+{
+    struct image map;
+    if (strcmp(name, "studio"))
+        return environment_read(env, name, e);
+    return studio_map(&map, 1024, e) && environment_take(env, &map, name, e);
 }

@@ -73,7 +73,8 @@ static void reach(const struct material *m, double *u, double *v)
     *u = *v = 2;
     if (m->diffraction == DIFFRACTION_TABLE)
         *u = *v = m->table.range;
-    if (m->diffraction == DIFFRACTION_SLITS && !m->slits.radial && !slits_are_crossed(&m->slits))
+    if (m->diffraction == DIFFRACTION_SLITS && !m->slits.row[0].radial &&
+        !slits_are_crossed(&m->slits))
         *v = 6 * m->slits.across;
 }
 

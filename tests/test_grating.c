@@ -18,8 +18,7 @@ static double row_by_waves(int n, double d_m, double a_m, double u, double lambd
 
 static struct slits cd(struct err *e)
 {
-    struct slits s = {
-        .pitch_m = {2e-6, 0}, .width_m = {0.5e-6, 0}, .count = {21, 0}, .across = 0.02};
+    struct slits s = {.row = {{.pitch_m = 2e-6, .width_m = 0.5e-6, .count = 21}}, .across = 0.02};
     struct spectrum p;
     assert_true(illuminant_get(&p, "E", e) && slits_light(&s, &p, 401, e));
     spectrum_finish(&p);
@@ -41,19 +40,6 @@ TEST(slits_are_the_sum_of_their_waves)
                         0.02); // of some 40
     }
     slits_finish(&s);
-}
-
-TEST(the_comb_is_whole_where_its_denominator_is_zero)
-{
-    for (int n = 1; n < 1000; n = 3 * n + 1)
-        for (int order = -5; order <= 5; order++) {
-            assert_near(slits_comb(n, order), 1, 0);
-            for (double off = 1e-17; off < 1e-3 / n; off *= 2) { // against its own series
-                const double x = M_PI * off * n;
-                assert_near(slits_comb(n, off), 1 - x * x * (1 - 1.0 / ((double)n * n)) / 3, 1e-9);
-            }
-        }
-    assert_near(slits_comb(1, 0.3), 1, 1e-15); // one slit has no comb
 }
 
 TEST(a_row_sends_out_the_light_that_it_holds)
@@ -100,7 +86,7 @@ TEST(stams_shader_is_its_listing_pixel_by_pixel)
     struct light light = {.at = {0.2, 0.3, 0.6}, .power = 1, .tint = {1, 1, 1}};
     struct object o = fixture_object(SHAPE_DISC);
     o.material.diffraction = DIFFRACTION_STAM;
-    o.material.stam = (struct stam){2, 3, {0.9, 0.8, 0.7}};
+    o.material.rainbow = (struct rainbow){2e-6, 3, {0.9, 0.8, 0.7}};
     struct scene s = fixture_scene(&o, &light, 1);
     struct image im;
     struct err e;
@@ -119,7 +105,7 @@ TEST(stams_shader_is_its_listing_pixel_by_pixel)
                 continue;
             double want[3];
             listing(hit.at_m, hit.frame.n, hit.frame.t, light.at, s.camera.eye_m, 3, 2,
-                    o.material.stam.highlight, want);
+                    o.material.rainbow.highlight, want);
             const double irradiance = light_at(&light, hit.at_m, &wi);
             for (int c = 0; c < 3; c++)
                 assert_near(im.px[((size_t)j * (size_t)s.w + (size_t)i) * 3 + (size_t)c],
@@ -138,13 +124,12 @@ TEST(gl_draws_gratings_and_masks_as_the_cpu_does)
         struct object o = fixture_object(k ? SHAPE_PLANE : SHAPE_DISC);
         o.material.diffraction = DIFFRACTION_SLITS;
         o.material.slits = cd(&e);
-        o.material.slits.radial = k == 1;
+        o.material.slits.row[0].radial = k == 1;
         o.material.mask.stripes = k == 1 ? 7 : 0;
         o.material.mask.duty = 0.4;
         if (k == 2) {
-            o.material.slits.pitch_m[1] = 3e-6;
-            o.material.slits.width_m[1] = 1e-6;
-            o.material.slits.count[1] = 5;
+            o.material.slits.row[1] =
+                (struct multislit){.pitch_m = 3e-6, .width_m = 1e-6, .count = 5};
             assert_true(image_init(&o.material.mask.picture, 5, 3, 1, &e));
             for (int p = 0; p < 15; p++)
                 o.material.mask.picture.px[p] = (float)(p % 4) / 3;
@@ -156,7 +141,6 @@ TEST(gl_draws_gratings_and_masks_as_the_cpu_does)
 }
 
 TEST_MAIN(cmocka_unit_test(slits_are_the_sum_of_their_waves),
-          cmocka_unit_test(the_comb_is_whole_where_its_denominator_is_zero),
           cmocka_unit_test(a_row_sends_out_the_light_that_it_holds),
           cmocka_unit_test(stams_shader_is_its_listing_pixel_by_pixel),
           cmocka_unit_test(gl_draws_gratings_and_masks_as_the_cpu_does))

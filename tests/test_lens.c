@@ -61,7 +61,7 @@ TEST(what_is_in_focus_stays_as_it_is)
     struct err e;
     struct scene s = edge(&wall, &l);
     wall.material.diffraction = DIFFRACTION_STAM; // something to look at
-    wall.material.stam = (struct stam){5, 1, {1, 1, 1}};
+    wall.material.rainbow = (struct rainbow){5e-6, 1, {1, 1, 1}};
     s.background[1] = 0.3;
     s.camera.focus_m = 0.5;
     s.camera.aperture_m = 0;

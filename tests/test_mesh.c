@@ -84,7 +84,7 @@ TEST(a_fine_ball_of_triangles_is_a_sphere)
     for (int k = 0; k < 2; k++) {
         both[k]->material.diffuse[0] = 0.5;
         both[k]->material.diffraction = DIFFRACTION_STAM;
-        both[k]->material.stam = (struct stam){1, 1, {1, 1, 1}};
+        both[k]->material.rainbow = (struct rainbow){1e-6, 1, {1, 1, 1}};
         struct scene s = fixture_scene(both[k], &light, 1);
         if (k)
             compare_backends(&s);

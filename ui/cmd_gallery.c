@@ -54,18 +54,11 @@ static const struct {
     {"lut @/tv-photo.exr" TABLE "--h-per-pixel 1.5e-4 --f0 0.2 --range 0.1 --power 3 --size 501 -o",
      "tv.exr"},
     {PHOTO "laptop.yaml --what pattern --filter green -o", "laptop-photo.exr"},
-#define LAPTOP(light, file)                                                                        \
-    {                                                                                              \
-        "lut @/laptop-photo.exr --illuminant " light " --scale 0.25 --lambda 530nm --h-per-pixel " \
-        "7.2e-4 --f0 0.2 --range 0.36 --power 3 --size 501 -o",                                    \
-            file                                                                                   \
-    }
-    LAPTOP("F1", "laptop.exr"),
-    LAPTOP("E", "laptop-e.exr"),
-    LAPTOP("A", "laptop-a.exr"),
-    LAPTOP("inverse-A", "laptop-blue.exr"),
-    {PHOTO "blazed.yaml --what truth --illuminant D65 --range 1.6 --size 401 -o", "blazed.exr"},
-    {PHOTO "cd.yaml --what truth --illuminant D65 --range 1.8 --size 401 -o", "cd.exr"},
+    {"lut @/laptop-photo.exr --illuminant F1 --scale 0.25 --lambda 530nm --h-per-pixel 1.5e-3 --f0 "
+     "0.2 --range 0.54 --power 3 --size 501 -o",
+     "laptop.exr"},
+    {PHOTO "blazed.yaml --what truth --illuminant D65 --range 1.6 --size 1001 -o", "blazed.exr"},
+    {PHOTO "cd.yaml --what truth --illuminant D65 --range 0.9 --size 601 -o", "cd.exr"},
     {PHOTO "quasi-periodic.yaml --what height -o", "snake.gsf"},
     {"tables @/snake.gsf --illuminant D65 --absolute --range 0.74 --size 401 --power 1 --tolerance "
      "1e-3 -o",
@@ -73,6 +66,12 @@ static const struct {
     {"factor @/laptop.exr --rank 1 --kind composition -o", "rank-1.exr"},
     {"factor @/laptop.exr --rank 1 --align --kind composition -o", "rank-1-aligned.exr"},
     {"factor @/laptop.exr --rank 11 --kind composition -o", "rank-11.exr"},
+    {"factor @/phone.exr --rank 1 --kind composition -o", "phone-1.exr"},
+    {"factor @/phone.exr --rank 11 --kind composition -o", "phone-11.exr"},
+    {"factor @/phone.exr --rank 21 --kind composition -o", "phone-21.exr"},
+#define POLE "prefilter studio --lut @/phone.exr --tangent 1,0,0 --normal 0,1,0 --method separable "
+    {POLE "--passes 2 --size 1536 -o", "pole-2.exr"},
+    {POLE "--passes 4 --size 1536 -o", "pole-4.exr"},
 };
 
 enum { MOST_PICTURES = 4 };
@@ -91,11 +90,11 @@ static const struct figure {
      "A crossed relief of 1.2 um on a rough foil.",
      {{"holographic", "", NULL, "Point light, sheet flat."}}},
     {"T17 figures 14 and 15: one photograph, four lights",
-     "The table is summed anew for each spectrum.",
-     {{"laptop", "", NULL, "F1, as in the photograph of figure 14."},
-      {"laptop", "--table @/laptop-e.exr", "laptop-e", "Full spectrum (E)."},
-      {"laptop", "--table @/laptop-a.exr", "laptop-a", "Incandescent (A)."},
-      {"laptop", "--table @/laptop-blue.exr", "laptop-blue", "Cool blue (inverse of A)."}}},
+     "The photograph's table is summed anew for each spectrum.",
+     {{"laptop", "", NULL, "F1, as in figure 14."},
+      {"laptop", "--illuminant E", "laptop-e", "Full spectrum (E)."},
+      {"laptop", "--illuminant A", "laptop-a", "Incandescent (A)."},
+      {"laptop", "--illuminant inverse-A", "laptop-blue", "Cool blue (inverse of A)."}}},
     {"T17 figure 17: rolled to a cylinder",
      "The same table, read in the local frame of every point.",
      {{"cylinder", "", NULL, "The pattern is squeezed sideways."}}},
@@ -120,21 +119,36 @@ static const struct figure {
      {{"cd-room", "", NULL, "Compact disc."},
       {"tv-room", "", NULL, "TV."},
       {"holographic-room", "", NULL, "Holographic paper."}}},
-    {"R17 figures 4 and 5: products of filters",
+    {"R17 figure 4: products of filters",
      "The laptop's askew pattern as one product along the table's own axes, one along the "
      "pattern's "
      "(R17's affine map), and 11: compare with figure 14 above.",
      {{"laptop", "--factors @/rank-1.exr", "rank-1", "Rank 1."},
       {"laptop", "--factors @/rank-1-aligned.exr", "rank-1-aligned", "Rank 1, aligned."},
-      {"laptop", "--factors @/rank-11.exr", "rank-11", "Rank 11."},
-      {"laptop", "--view difference --against cpu", "laptop-gl-cpu",
-       "The whole table: OpenGL against the CPU in double, down to 1e-4 of the peak: nothing."}}},
-    {"R17 figure 7: a phone in surroundings",
+      {"laptop", "--factors @/rank-11.exr", "rank-11", "Rank 11."}}},
+    {"R17 figure 5: filters of different ranks",
+     "The phone's table as sums of products, in surroundings: the room blurs what they miss.",
+     {{"phone-room", "--factors @/phone-1.exr", "phone-rank-1", "Rank 1."},
+      {"phone-room", "--factors @/phone-11.exr", "phone-rank-11", "Rank 11."},
+      {"phone-room", "--factors @/phone-21.exr", "phone-rank-21", "Rank 21."}}},
+    {"R17 figure 6: at the pole of the sphere",
+     "R17's filtered map of a lamp overhead, looked at upwards: the pattern's lines.",
+     {{"pole", "--environment @/pole-2.exr", "pole-2",
+       "Two passes over the map: lines bend around its pole."},
+      {"pole", "--environment @/pole-4.exr", "pole-4",
+       "Four passes, the map turned to the sample before and back after: straight."}}},
+    {"R17 figure 7: phones in surroundings",
      "The spots behind the viewer in the screen, with their orders.",
-     {{"phone-room", "", NULL, "Exact for this orientation."}}},
+     {{"phone-room", "", NULL, "Pixels of 25 um. Exact for this orientation."},
+      {"phone-room", "--table @/phone-fine.exr", "phone-fine-room", "Pixels of 16 x 20 um."}}},
     {"R17 figure 8: turned in its plane",
-     "The pattern turns with the pixels, the mirror image stays.",
-     {{"phone-room-turned", "", NULL, "Pixels turned by 30 degrees."}}},
+     "The phone turned by 30 degrees: the pattern turns with its pixels, the room's mirror image "
+     "stays. T17's prefiltered maps cannot do that.",
+     {{"phone-room-turned", "", NULL, "Prefiltered for this frame."}}},
+    {"Two renderers",
+     "OpenGL beside the CPU's reference in double.",
+     {{"laptop", "--view difference --against cpu", "laptop-gl-cpu",
+       "The difference, down to 1e-4 of the peak: nothing."}}},
     {"Snake scales (D14)",
      "Nearly periodic ridges on a mesh; tables over (u, v) with POD curves in w.",
      {{"snake", "", NULL, "All tables."},
@@ -191,15 +205,15 @@ static bool make_tables(const struct gallery *g, struct err *e)
 static char *picture_words(const struct gallery *g, const char *scene, const char *more,
                            const char *file)
 {
-    char *line =
-        xasprintf("render %%/scenes/%s.yaml --tables @%s%s", scene, *more ? " " : "", more);
+    char *line = xasprintf("render %%/scenes/%s.yaml --tables @%s%s%s", scene, *more ? " " : "",
+                           more, strstr(more, "--view") ? "" : " --samples 4");
     char *begin = words_expand(line, g->tables, g->rigs);
-    char *map = words_quote(g->args->environment ? g->args->environment : "");
+    const bool other = g->args->environment && !strstr(more, "--environment");
+    char *map = words_quote(other ? g->args->environment : "");
     char *size = words_quote(g->args->size);
     char *path = xasprintf("%s/%s.png", g->args->out, file), *png = words_quote(path);
     char *words =
-        xasprintf("%s%s%s --size %s -o %s", begin, g->args->environment ? " --environment " : "",
-                  g->args->environment ? map : "", size, png);
+        xasprintf("%s%s%s --size %s -o %s", begin, other ? " --environment " : "", map, size, png);
     free(line);
     free(begin);
     free(map);

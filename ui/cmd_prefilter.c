@@ -7,6 +7,7 @@
 #include "process/env_separable.h"
 #include "render/env_gl.h"
 #include "render/gl.h"
+#include "render/studio.h"
 #include "ui/commands.h"
 #include "ui/read_lut.h"
 #include <math.h>
@@ -195,7 +196,7 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     struct job j = {a, &env, &t, .fresnel = {!strcmp(a->fresnel, "schlick"), a->r0}};
     const bool ok = check(a, e) && read_frame(a, &j.frame, e) &&
                     read_lut(&t, a->lut, a->range, a->power, e) &&
-                    environment_read(&env, cli->operand[0], e) && filter(&j, cli->doc, &out, e);
+                    studio_or_file(&env, cli->operand[0], e) && filter(&j, cli->doc, &out, e);
     if (ok)
         record(a, cli, &j.frame, &out.meta);
     const bool written = ok && image_write(&out, a->out, e);
@@ -215,7 +216,9 @@ const struct command cmd_prefilter = {
     .max_operands = 1,
     .opts = opts,
     .args_size = sizeof(struct args),
-    .notes = "ENV is a lat-long map of radiance (.hdr .exr .pfm), twice as wide as high.\n"
+    .notes = "ENV is a lat-long map of radiance (.hdr .exr .pfm), twice as wide as high, or "
+             "studio, a made-up\n"
+             "room.\n"
              "The map written holds the outgoing radiance over (o_t, o_b), the direction cosines\n"
              "of the viewer: column i is o_t = 2i/(N-1) - 1, row j is o_b = 2j/(N-1) - 1, and 0\n"
              "outside the unit disk. The separable method (R17) writes a lat-long map N x N/2 of\n"

@@ -12,8 +12,8 @@
 #include <string.h>
 
 struct args {
-    const char *out, *size, *backend, *table, *factors, *tables, *environment, *exposure, *with,
-        *against, *view;
+    const char *out, *size, *backend, *table, *factors, *tables, *environment, *illuminant,
+        *exposure, *with, *against, *view;
     double tolerance, decades;
     int samples;
     bool reference;
@@ -40,6 +40,8 @@ static const struct opt opts[] = {
      "where to look for files that are not beside the scene"},
     {"environment", OPT_FILE, offsetof(struct args, environment), "MAP",
      .help = "lat-long map in the place of the scene's"},
+    {"illuminant", OPT_TEXT, offsetof(struct args, illuminant), "NAME|FILE",
+     .help = "spectrum of the lights instead of the scene's, where samples have slits or a photo"},
     {"exposure", OPT_TEXT, offsetof(struct args, exposure), "STOPS|auto",
      .help = "exposure of a .png or .jpg, instead of the scene's"},
     {"with", OPT_CHOICE, offsetof(struct args, with), "none|table|slits|g04",
@@ -71,6 +73,7 @@ static bool parse_options(const struct args *a, struct scene_options *o, struct 
                                 .factors = a->factors,
                                 .tables = a->tables,
                                 .environment = a->environment,
+                                .illuminant = a->illuminant,
                                 .exposure_ev = NAN};
     if (a->size && !parse_size(a->size, &o->w, &o->h, e))
         return false;

@@ -115,7 +115,7 @@ uniform vec3 stam_highlight;
 vec3 pattern(vec3 h)
 {
     float u = h.x * stam_spacing, e = stam_roughness * u / h.z;
-    vec3 sum = stam_highlight * exp(-e * e);
+    vec3 sum = stam_roughness > 0.0 ? stam_highlight * exp(-e * e) : vec3(0.0);
     for (int n = 1; n < 8; n++) {
         vec3 x = 4.0 * (2.0 * abs(u) / float(n) - 1.0 - vec3(0.75, 0.5, 0.25));
         sum += max(vec3(0.0), 1.0 - x * x);

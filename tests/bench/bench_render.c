@@ -28,7 +28,8 @@ struct stage {
 // The table of a screen: crossed slits, 25 um, in a file for scene_read().
 static bool screen_table(const char *path, struct err *e)
 {
-    struct slits s = {.pitch_m = {25e-6, 25e-6}, .width_m = {9e-6, 13e-6}, .count = {4, 4}};
+    struct slits s = {.row = {{.pitch_m = 25e-6, .width_m = 9e-6, .count = 4},
+                              {.pitch_m = 25e-6, .width_m = 13e-6, .count = 4}}};
     struct spectrum light = {0};
     struct table t = {0};
     bool ok = illuminant_get(&light, "D65", e) && slits_light(&s, &light, 81, e) &&

@@ -1,6 +1,6 @@
-// grating.c - slits and Stam's rainbow in double.
+// slits.c - slits in double, wavelength by wavelength.
 #define _GNU_SOURCE
-#include "render/grating.h"
+#include "render/slits.h"
 #include "core/mem.h"
 #include <stdlib.h>
 
@@ -35,27 +35,10 @@ void slits_finish(struct slits *s)
     s->weight = NULL;
 }
 
-double slits_comb(int n, double x)
-{
-    const double frac = x - round(x), below = n * sin(M_PI * frac);
-    if (fabs(frac) * n < 1e-5) // to the second order: 1 - (n^2 - 1) (pi frac)^2 / 3
-        return 1 - ((double)n * n - 1) * M_PI * M_PI * frac * frac / 3;
-    const double ratio = sin(n * M_PI * frac) / below;
-    return ratio * ratio;
-}
-
-static double sinc2(double x)
-{
-    const double y = M_PI * x;
-    return fabs(y) < 1e-4 ? 1 - y * y / 3 : sin(y) * sin(y) / (y * y);
-}
-
 // |P|^2 / (lambda A) along one axis.
-static double row(const struct slits *s, int axis, double u, double lambda_m)
+static double row(const struct multislit *m, double u, double lambda_m)
 {
-    const double a = s->width_m[axis], d = s->pitch_m[axis];
-    return s->count[axis] * a * a / (d * lambda_m) * sinc2(a * u / lambda_m) *
-           slits_comb(s->count[axis], d * u / lambda_m);
+    return multislit_peak(m, lambda_m) * multislit_power(m, u, lambda_m);
 }
 
 static void sum_light(const struct slits *s, double u, double v, bool crossed, double out[3])
@@ -63,7 +46,8 @@ static void sum_light(const struct slits *s, double u, double v, bool crossed, d
     out[0] = out[1] = out[2] = 0;
     for (int k = 0; k < s->n; k++) {
         const double lambda_m = s->lambda_m + k * (s->last_m - s->lambda_m) / (s->n - 1);
-        const double power = row(s, 0, u, lambda_m) * (crossed ? row(s, 1, v, lambda_m) : 1);
+        const double power =
+            row(&s->row[0], u, lambda_m) * (crossed ? row(&s->row[1], v, lambda_m) : 1);
         for (int c = 0; c < 3; c++)
             out[c] += power / (16 * M_PI * M_PI) * s->weight[k][c];
     }
@@ -76,7 +60,7 @@ void slits_row(const struct slits *s, double u, double out[3])
 
 double slits_detail(const struct slits *s)
 {
-    return s->lambda_m / (s->count[0] * s->pitch_m[0]);
+    return s->lambda_m / (s->row[0].count * s->row[0].pitch_m);
 }
 
 void slits_eval(const struct slits *s, double u, double v, double out[3])
@@ -85,7 +69,7 @@ void slits_eval(const struct slits *s, double u, double v, double out[3])
         sum_light(s, u, v, true, out);
         return;
     }
-    if (s->radial) {
+    if (s->row[0].radial) {
         u = hypot(u, v);
         v = 0;
     }
@@ -99,20 +83,14 @@ void slits_eval(const struct slits *s, double u, double v, double out[3])
         out[c] *= across;
 }
 
-static double bump(double x)
+bool light_color(const struct spectrum *light, double rgb[3], struct err *e)
 {
-    return fmax(0, 1 - x * x);
-}
-
-void stam_eval(const struct stam *s, struct vec3 h, double out[3])
-{
-    const double u = h.x * s->spacing_um, e = s->roughness * u / h.z;
-    for (int c = 0; c < 3; c++)
-        out[c] = s->highlight[c] * exp(-e * e);
-    for (int n = 1; n < 8; n++) {
-        const double y = 2 * fabs(u) / n - 1;
-        out[0] += bump(4 * (y - 0.75));
-        out[1] += bump(4 * (y - 0.5));
-        out[2] += bump(4 * (y - 0.25));
-    }
+    struct slits all = {0}; // their weights add up to it
+    rgb[0] = rgb[1] = rgb[2] = 0;
+    const bool ok = slits_light(&all, light, CIE_LAST_NM - CIE_FIRST_NM + 1, e);
+    for (int k = 0; k < all.n && ok; k++)
+        for (int c = 0; c < 3; c++)
+            rgb[c] += all.weight[k][c];
+    slits_finish(&all);
+    return ok;
 }
