@@ -5,6 +5,7 @@
 #include "acquire/clock.h"
 #include "acquire/hardware.h"
 #include "acquire/pulse.h"
+#include "tests/run.h"
 #include "ui/drivers.h"
 #include <fcntl.h>
 #include <poll.h>
@@ -77,6 +78,27 @@ TEST(triggers_that_are_not_there_are_refused_with_the_reason)
             assert_string_equal(e.msg, bad[k].msg);
         assert_int_equal(e.code, bad[k].code);
     }
+}
+
+// --- nacre doctor --devices ---
+
+TEST(the_doctor_lists_every_driver_with_its_options)
+{
+    enter_scratch("doctor");
+    struct run r = run_nacre("doctor --devices");
+    assert_int_equal(r.status, 0);
+    for (const struct cam_driver *const *c = all_drivers.cameras; *c; c++) {
+        char title[40];
+        snprintf(title, sizeof title, "camera %s: ", (*c)->name);
+        assert_non_null(strstr(r.out, title));
+    }
+    assert_non_null(strstr(r.out, "camera v4l2:w=           width, instead of the device's "
+                                  "(1 px to 65536 px)\n"));
+    assert_non_null(strstr(r.out, "trigger prompt:patience= how long to wait for a person (1 s to "
+                                  "86400 s) [10min]\n"));
+    r = run_nacre("doctor --devices --json");
+    assert_int_equal(r.status, 0);
+    assert_non_null(strstr(r.out, "\"name\": \"v4l2\""));
 }
 
 // --- pulses ---
@@ -194,7 +216,8 @@ TEST(a_person_who_does_not_answer_is_an_error)
     close(person);
 }
 
-TEST_MAIN(cmocka_unit_test(cameras_that_are_not_there_are_refused_with_the_reason),
+TEST_MAIN(cmocka_unit_test(the_doctor_lists_every_driver_with_its_options),
+          cmocka_unit_test(cameras_that_are_not_there_are_refused_with_the_reason),
           cmocka_unit_test(triggers_that_are_not_there_are_refused_with_the_reason),
           cmocka_unit_test(a_pulse_ends_once_and_not_before_its_time),
           cmocka_unit_test(a_person_is_asked_by_name_and_waited_for),

@@ -4,6 +4,7 @@
 #include "core/mem.h"
 #include "render/gl.h"
 #include "ui/commands.h"
+#include "ui/doctor.h"
 #include <glob.h>
 #include <omp.h>
 #include <stdlib.h>
@@ -111,11 +112,19 @@ static const struct check {
     {"cameras", check_cameras}, {"gpio", check_gpio}, {"gl", check_gl},
 };
 
-static bool run(const void *args, struct cli *cli, struct err *e)
+struct args {
+    bool devices;
+};
+
+static bool run(const void *p, struct cli *cli, struct err *e)
 {
-    (void)args;
+    const struct args *a = p;
     static const char *const words[] = {"fine", "warning", "missing"};
     int missing = 0;
+    if (a->devices) {
+        doctor_devices(cli);
+        return true;
+    }
     doc_text(cli->doc, "version", NACRE_VERSION);
     for (size_t k = 0; k < sizeof checks / sizeof *checks; k++) {
         struct finding f = checks[k].look();
@@ -140,10 +149,19 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     return !missing || err_set(e, ERR_PARTIAL, "%d thing(s) missing, see above", missing);
 }
 
+static const struct opt opts[] = {
+    {.name = "devices",
+     .kind = OPT_FLAG,
+     .at = offsetof(struct args, devices),
+     .help = "list the drivers of cameras, lights and filters, their options, and what they see"},
+    {0},
+};
+
 const struct command cmd_doctor = {
     .name = "doctor",
     .summary = "check this machine: cores, disk, data, devices, GL",
     .operands = "",
-    .args_size = 1,
+    .opts = opts,
+    .args_size = sizeof(struct args),
     .run = run,
 };
