@@ -33,6 +33,7 @@ struct cam_frame {
     double gain;          // as applied, 1 is the base; NAN: it does not say
     double focus_per_m;   // as applied, dioptres; NAN: it does not say
     double temperature_k; // of the sensor; NAN: it does not say
+    int64_t utc_ns;       // since 1970, of a recording; 0: now
     bool damaged;         // the device says that the samples are not all good
     int w, h;             // pixels
     const uint16_t *raw;  // [h][w] counts, linear, black level not removed; valid in on_frame only

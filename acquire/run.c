@@ -76,7 +76,7 @@ struct run {
 
 const struct session_step *run_step(const struct run *r, int index)
 {
-    return index >= 0 && index < r->steps.n ? &r->steps.item[index].step : NULL;
+    return index < 0 ? &r->meter_step : index < r->steps.n ? &r->steps.item[index].step : NULL;
 }
 bool run_ended(const struct run *r)
 {
@@ -311,7 +311,9 @@ static void filter_moved(struct run *r, int64_t now, struct run_output *out)
 static void keep(struct run *r, int64_t now, struct run_output *out)
 {
     if (r->current < 0) {
-        act(out, RUN_DO_METER);
+        struct run_action *a = act(out, RUN_DO_METER);
+        a->step = -1;
+        a->n = r->meter.shots + 1;
         r->metering = true;
     } else {
         struct item *t = &r->steps.item[r->current];

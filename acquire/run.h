@@ -77,7 +77,7 @@ void run_free(struct run *r); // accepts NULL
 
 void run_feed(struct run *r, const struct run_event *event, struct run_output *out);
 
-const struct session_step *run_step(const struct run *r, int index);
+const struct session_step *run_step(const struct run *r, int index); // -1: that of metering
 bool run_ended(const struct run *r);
 void run_progress(const struct run *r, int *done, int *planned); // planned: as far as known
 const char *run_state_name(const struct run *r); // "moving the filter", "exposing", ...

@@ -175,7 +175,7 @@ static void take(struct shooter *s, const struct cam_frame *f, int64_t start_ns)
         .device_ns = f->device_ns,
         .start_ns = start_ns,
         .arrived_ns = clock_boot_ns(),
-        .utc_ns = clock_utc_ns(),
+        .utc_ns = f->utc_ns ? f->utc_ns : clock_utc_ns(),
         .reported_ns = f->exposure_ns,
         .gain = f->gain,
         .focus_per_m = f->focus_per_m,
@@ -230,15 +230,13 @@ static void do_keep(struct shooter *s, const struct run_action *a, enum writer_k
     struct writer_job job = {
         .kind = kind, .frame = s->taken, .damaged = s->taken_damaged, .raw = s->taken_raw};
     s->taken_raw = NULL;
-    if (kind == WRITER_KEEP) {
-        job.frame.step = *run_step(s->run, a->step);
-        job.frame.attempt = a->n;
-        if (isnan(job.frame.gain))
-            job.frame.gain = job.frame.step.gain;
-        if (*job.frame.step.light) {
-            job.frame.light_on_ns = s->light_on_ns;
-            job.frame.light_off_ns = s->light_off_ns;
-        }
+    job.frame.step = *run_step(s->run, a->step);
+    job.frame.attempt = a->n;
+    if (isnan(job.frame.gain))
+        job.frame.gain = job.frame.step.gain;
+    if (*job.frame.step.light) {
+        job.frame.light_on_ns = s->light_on_ns;
+        job.frame.light_off_ns = s->light_off_ns;
     }
     writer_put(s->writer, &job);
 }

@@ -117,9 +117,8 @@ static void forget(struct writer *w, int id)
     w->n_known = kept;
 }
 
-static void keep(struct writer *w, struct writer_job *job, struct writer_result *res)
+static struct dng picture(const struct writer *w, const struct session_frame *f, uint16_t *raw)
 {
-    struct session_frame *f = &res->frame;
     struct dng d = {.w = f->w,
                     .h = f->h,
                     .pattern = (enum dng_pattern)w->caps.pattern,
@@ -128,8 +127,15 @@ static void keep(struct writer *w, struct writer_job *job, struct writer_result 
                     .exposure_s = session_exposure_s(f),
                     .gain = f->gain,
                     .utc_s = f->utc_ns / 1000000000,
-                    .raw = job->raw};
+                    .raw = raw};
     snprintf(d.camera, sizeof d.camera, "%s", w->caps.model);
+    return d;
+}
+
+static void keep(struct writer *w, struct writer_job *job, struct writer_result *res)
+{
+    struct session_frame *f = &res->frame;
+    struct dng d = picture(w, f, job->raw);
     const struct measure_frame mine = pixels_of(&d, llround(session_exposure_s(f) * 1e9));
     const struct measure_frame before = pixels_of(&w->last, 0);
     struct measure_level level;
@@ -167,11 +173,17 @@ static void keep(struct writer *w, struct writer_job *job, struct writer_result 
     job->raw = NULL; // now in w->last
 }
 
-static void meter(struct writer_job *job, struct writer_result *res)
+static void meter(struct writer *w, const struct writer_job *job, struct writer_result *res)
 {
-    const struct session_frame *f = &job->frame;
-    const struct measure_frame m = {f->w, f->h, job->raw, f->black, f->white, 0};
+    struct session_frame *f = &res->frame;
+    const struct dng d = picture(w, f, job->raw);
+    const struct measure_frame m = pixels_of(&d, 0);
     measure_level(&m, &res->level);
+    f->saturated = res->level.saturated;
+    f->measured_sigma = NAN;
+    f->id = w->next_id;
+    snprintf(f->verdict, sizeof f->verdict, "metering");
+    w->next_id += session_add_frame(w->session, f, &d, &res->err);
 }
 
 static void work_on(struct writer *w, struct writer_job *job, struct writer_result *res)
@@ -179,7 +191,7 @@ static void work_on(struct writer *w, struct writer_job *job, struct writer_resu
     *res = (struct writer_result){.kind = job->kind, .frame = job->frame};
     switch (job->kind) {
     case WRITER_KEEP: keep(w, job, res); break;
-    case WRITER_METER: meter(job, res); break;
+    case WRITER_METER: meter(w, job, res); break;
     case WRITER_PLAN: session_add_steps(w->session, job->step, job->n, job->last, &res->err); break;
     case WRITER_REVOKE:
         forget(w, job->id);

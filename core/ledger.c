@@ -31,8 +31,8 @@ static const char frame_columns[] =
     "f.id, f.step, f.attempt, f.seq, f.shot, f.device_ns, f.start_ns, f.arrived_ns, f.utc_ns,"
     " f.reported_ns, f.measured_ns, f.measured_sigma, f.gain, f.focus_per_m, f.temperature_k,"
     " f.light_on_ns, f.light_off_ns, f.w, f.h, f.black, f.white, f.saturated, f.path, f.sha256,"
-    " f.verdict, f.reason, f.size, s.grp, s.repeat, s.kind, s.light, s.filter, s.exposure_ns,"
-    " s.gain, s.focus_per_m";
+    " f.verdict, f.reason, f.size, coalesce(s.grp, -1 - f.step), s.repeat, s.kind, s.light,"
+    " s.filter, coalesce(s.exposure_ns, f.requested_ns), coalesce(s.gain, f.gain), s.focus_per_m";
 
 struct ledger {
     sqlite3 *db;
@@ -199,6 +199,32 @@ bool ledger_set(struct ledger *l, const char *key, const char *value, struct err
     return finish(l, q, e);
 }
 
+bool ledger_keys(struct ledger *l, const char *prefix, char ***out, int *n, struct err *e)
+{
+    sqlite3_stmt *q;
+    if (!prepare(l, "select key from fact where substr(key, 1, ?) = ? order by key", &q, e))
+        return false;
+    sqlite3_bind_int(q, 1, (int)strlen(prefix));
+    bind_text(q, 2, prefix);
+    char **key = NULL;
+    int count = 0, code;
+    while ((code = sqlite3_step(q)) == SQLITE_ROW) {
+        key = xrealloc(key, (size_t)count + 1, sizeof *key);
+        key[count++] = xstrdup((const char *)sqlite3_column_text(q, 0));
+    }
+    const bool ok = code == SQLITE_DONE || fail(l, e);
+    sqlite3_finalize(q);
+    if (ok) {
+        *out = key;
+        *n = count;
+        return true;
+    }
+    while (count)
+        free(key[--count]);
+    free(key);
+    return false;
+}
+
 static bool add_step(struct ledger *l, const struct session_step *s, struct err *e)
 {
     sqlite3_stmt *q;
@@ -239,7 +265,8 @@ bool ledger_add_frame(struct ledger *l, const struct session_frame *f, int64_t s
     sqlite3_stmt *q = l->add_frame;
     int k = 0;
     sqlite3_bind_int(q, ++k, f->id);
-    sqlite3_bind_int(q, ++k, f->step.index);
+    // A metering shot proves no step: its group stands there, below zero.
+    sqlite3_bind_int(q, ++k, f->step.kind == SESSION_METER ? -1 - f->step.group : f->step.index);
     sqlite3_bind_int(q, ++k, f->attempt);
     sqlite3_bind_int64(q, ++k, (int64_t)f->seq);
     sqlite3_bind_int64(q, ++k, (int64_t)f->shot);
@@ -372,14 +399,21 @@ static void read_frame(sqlite3_stmt *q, struct session_frame *f)
     text_at(q, 25, f->reason, sizeof f->reason);
     text_at(q, 30, f->step.light, sizeof f->step.light);
     text_at(q, 31, f->step.filter, sizeof f->step.filter);
+    if (f->step.index < 0) {
+        f->step.index = -1;
+        f->step.kind = SESSION_METER;
+    }
 }
 
-bool ledger_frames(struct ledger *l, bool only_good, struct session_frame **out, int64_t **sizes,
-                   int *n, struct err *e)
+bool ledger_frames(struct ledger *l, enum ledger_which which, struct session_frame **out,
+                   int64_t **sizes, int *n, struct err *e)
 {
+    static const char *const conditions[] = {"s.id = f.step and f.verdict = 'good'",
+                                             "s.id = f.step", "f.step < 0"};
     sqlite3_stmt *q;
-    char *sql = xasprintf("select %s from frame f join step s on s.id = f.step %s order by f.id",
-                          frame_columns, only_good ? "where f.verdict = 'good'" : "");
+    char *sql = xasprintf("select %s from frame f left join step s on s.id = f.step where %s"
+                          " order by f.id",
+                          frame_columns, conditions[which]);
     const bool ready = prepare(l, sql, &q, e);
     free(sql);
     if (!ready)

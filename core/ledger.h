@@ -13,6 +13,7 @@ void ledger_close(struct ledger *l); // accepts NULL
 
 char *ledger_get(struct ledger *l, const char *key); // allocated; NULL: absent
 bool ledger_set(struct ledger *l, const char *key, const char *value, struct err *e);
+bool ledger_keys(struct ledger *l, const char *prefix, char ***key, int *n, struct err *e);
 bool ledger_add_steps(struct ledger *l, const struct session_step *step, int n, bool final,
                       struct err *e);
 bool ledger_add_frame(struct ledger *l, const struct session_frame *f, int64_t size, struct err *e);
@@ -22,8 +23,9 @@ bool ledger_note(struct ledger *l, int64_t boot_ns, const char *what, const char
                  struct err *e);
 bool ledger_steps(struct ledger *l, struct session_step **step, int *n, struct err *e);
 // `size` gets the files' sizes, [n], allocated; may be NULL.
-bool ledger_frames(struct ledger *l, bool only_good, struct session_frame **frame, int64_t **size,
-                   int *n, struct err *e);
+enum ledger_which { LEDGER_GOOD, LEDGER_ALL, LEDGER_METERINGS }; // frames; ALL: of steps
+bool ledger_frames(struct ledger *l, enum ledger_which which, struct session_frame **frame,
+                   int64_t **size, int *n, struct err *e);
 bool ledger_copy(struct ledger *l, const char *path, struct err *e);
 int ledger_last_id(struct ledger *l);
 bool ledger_check(struct ledger *l, struct err *e); // SQLite's own check of the file

@@ -136,12 +136,8 @@ bool session_create(struct session **out, const char *folder, const struct rig *
 // Files that a killed process left between writing and acknowledging prove nothing.
 static bool clean_frames(struct session *s, struct err *e)
 {
-    struct session_frame *frame;
-    int n, removed = 0;
-    if (!ledger_frames(s->ledger, false, &frame, NULL, &n, e))
-        return false;
-    const int last = n ? frame[n - 1].id : 0;
-    free(frame);
+    int removed = 0;
+    const int last = ledger_last_id(s->ledger);
     char *path = session_path(s, "frames");
     DIR *dir = opendir(path);
     free(path);
@@ -173,8 +169,8 @@ bool session_open(struct session **out, const char *folder, enum session_mode mo
         ok = err_errno(e, "%s", folder);
     else if (!S_ISDIR(st.st_mode) || stat(db, &st))
         ok = err_set(e, ERR_FILE, "%s: not a session: no ledger.db in it", folder);
-    ok = ok && (mode == SESSION_READ || lock(s, e)) && ledger_open(&s->ledger, db, mode, e) &&
-         (mode == SESSION_READ || clean_frames(s, e));
+    ok = ok && (mode != SESSION_WRITE || lock(s, e)) && ledger_open(&s->ledger, db, mode, e) &&
+         (mode != SESSION_WRITE || clean_frames(s, e));
     free(db);
     if (ok)
         *out = s;
@@ -202,6 +198,30 @@ bool session_set(struct session *s, const char *key, const char *value, struct e
 {
     return ledger_set(s->ledger, key, value, e);
 }
+bool session_keys(struct session *s, const char *prefix, char ***key, int *n, struct err *e)
+{
+    return ledger_keys(s->ledger, prefix, key, n, e);
+}
+
+bool session_digest(struct session *s, char hex[SHA256_TEXT], struct err *e)
+{
+    struct session_frame *frame;
+    int n;
+    if (!ledger_frames(s->ledger, LEDGER_GOOD, &frame, NULL, &n, e))
+        return false;
+    struct sha256 *sum = sha256_new();
+    char *rig = ledger_get(s->ledger, "sha256.rig.yaml");
+    sha256_add(sum, rig ? rig : "", rig ? strlen(rig) : 0);
+    for (int k = 0; k < n; k++) {
+        sha256_add(sum, "\n", 1);
+        sha256_add(sum, frame[k].sha256, strlen(frame[k].sha256));
+    }
+    sha256_end(sum, hex);
+    free(rig);
+    free(frame);
+    return true;
+}
+
 bool session_add_steps(struct session *s, const struct session_step *step, int n, bool final,
                        struct err *e)
 {
@@ -232,7 +252,11 @@ bool session_steps(struct session *s, struct session_step **step, int *n, struct
 bool session_frames(struct session *s, bool only_good, struct session_frame **frame, int *n,
                     struct err *e)
 {
-    return ledger_frames(s->ledger, only_good, frame, NULL, n, e);
+    return ledger_frames(s->ledger, only_good ? LEDGER_GOOD : LEDGER_ALL, frame, NULL, n, e);
+}
+bool session_meterings(struct session *s, struct session_frame **frame, int *n, struct err *e)
+{
+    return ledger_frames(s->ledger, LEDGER_METERINGS, frame, NULL, n, e);
 }
 
 bool session_add_frame(struct session *s, struct session_frame *f, const struct dng *picture,
@@ -287,7 +311,7 @@ bool session_recheck(struct session *s, struct err *e)
     struct session_frame *frame;
     int64_t *size;
     int n;
-    bool ok = ledger_frames(s->ledger, true, &frame, &size, &n, e);
+    bool ok = ledger_frames(s->ledger, LEDGER_GOOD, &frame, &size, &n, e);
     if (!ok)
         return false;
     for (int k = 0; ok && k < n; k++) {
@@ -299,6 +323,20 @@ bool session_recheck(struct session *s, struct err *e)
     free(frame);
     free(size);
     return ok;
+}
+
+static bool check_meterings(struct session *s, bool read, struct session_report *r, struct err *e)
+{
+    struct session_frame *frame;
+    int64_t *size;
+    int n;
+    if (!ledger_frames(s->ledger, LEDGER_METERINGS, &frame, &size, &n, e))
+        return false;
+    for (int k = 0; k < n; k++)
+        check_file(s, frame[k].path, size[k], frame[k].sha256, read, r);
+    free(frame);
+    free(size);
+    return true;
 }
 
 static bool judge(struct session *s, bool read, struct session_report *r, struct err *e)
@@ -313,7 +351,8 @@ static bool judge(struct session *s, bool read, struct session_report *r, struct
         return false;
     if (read && !ledger_check(s->ledger, &why))
         problem(r, "%s", why.msg);
-    if (!ledger_frames(s->ledger, false, &frame, &size, &n_frames, e)) {
+    if (!check_meterings(s, read, r, e) ||
+        !ledger_frames(s->ledger, LEDGER_ALL, &frame, &size, &n_frames, e)) {
         free(step);
         return false;
     }
@@ -327,7 +366,8 @@ static bool judge(struct session *s, bool read, struct session_report *r, struct
         const bool good = !strcmp(frame[k].verdict, "good");
         r->good += good;
         r->other += !good;
-        check_file(s, frame[k].path, size[k], frame[k].sha256, read, r);
+        if (strcmp(frame[k].verdict, "damaged") != 0) // that it is not what it was is known
+            check_file(s, frame[k].path, size[k], frame[k].sha256, read, r);
     }
     char *planned = ledger_get(s->ledger, "planned");
     r->is_final = planned != NULL;

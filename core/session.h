@@ -61,7 +61,11 @@ double session_exposure_s(const struct session_frame *f);
 
 struct session; // an open session
 
-enum session_mode { SESSION_READ, SESSION_WRITE };
+enum session_mode {
+    SESSION_READ,
+    SESSION_WRITE,
+    SESSION_ADD, // facts only, and beside a process that is writing frames
+};
 
 // Makes the folder with copies of the rig and the plan. ERR_FILE when something is there already.
 // A session that fails half-way is removed again.
@@ -78,6 +82,10 @@ char *session_path(const struct session *s, const char *name); // folder/name, a
 // get allocates.
 char *session_get(struct session *s, const char *key);
 bool session_set(struct session *s, const char *key, const char *value, struct err *e);
+// The keys that begin with `prefix`, in order of their bytes; free each and the array.
+bool session_keys(struct session *s, const char *prefix, char ***key, int *n, struct err *e);
+// SHA-256 over what was photographed: the sums of the rig and of every good frame, in order.
+bool session_digest(struct session *s, char hex[SHA256_TEXT], struct err *e);
 
 // Adds steps in one transaction; `final` says that the plan is now known to its end.
 bool session_add_steps(struct session *s, const struct session_step *step, int n, bool final,
@@ -101,6 +109,9 @@ bool session_note(struct session *s, int64_t boot_ns, const char *what, const ch
 bool session_steps(struct session *s, struct session_step **step, int *n, struct err *e);
 bool session_frames(struct session *s, bool only_good, struct session_frame **frame, int *n,
                     struct err *e);
+// The shots by which automatic brackets found their exposures: step.index is -1 and step.kind
+// SESSION_METER; they belong to no step and never count.
+bool session_meterings(struct session *s, struct session_frame **frame, int *n, struct err *e);
 
 // A copy of the ledger as one file, whole even while a capture is writing.
 bool session_copy_ledger(struct session *s, const char *path, struct err *e);

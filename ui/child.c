@@ -28,7 +28,7 @@ static char *read_all(int fd)
     return text;
 }
 
-bool child_run(const char *words, struct child *c, struct err *e)
+bool child_run_in(const char *folder, const char *words, struct child *c, struct err *e)
 {
     wordexp_t args = {.we_offs = 1}; // one place in front, for the program
     if (wordexp(words, &args, WRDE_DOOFFS | WRDE_NOCMD))
@@ -43,6 +43,7 @@ bool child_run(const char *words, struct child *c, struct err *e)
         posix_spawn_file_actions_adddup2(&act, pipe_fd[1], STDOUT_FILENO);
         posix_spawn_file_actions_addclose(&act, pipe_fd[0]);
         posix_spawn_file_actions_addclose(&act, pipe_fd[1]);
+        posix_spawn_file_actions_addchdir_np(&act, folder);
         pid_t pid;
         const double start = now_s();
         const int failed = posix_spawn(&pid, self, &act, NULL, argv, environ);
@@ -70,6 +71,11 @@ bool child_run(const char *words, struct child *c, struct err *e)
     wordfree(&args);
     free(self);
     return ok;
+}
+
+bool child_run(const char *words, struct child *c, struct err *e)
+{
+    return child_run_in(".", words, c, e);
 }
 
 bool child_do(const char *words, struct child *c, struct err *e)

@@ -11,6 +11,7 @@ struct child {
 // Runs "nacre <words>" and waits; stderr is passed through. words are quoted as in words.h.
 // False only when it cannot be started or was killed; a failed command is a status.
 bool child_run(const char *words, struct child *c, struct err *e);
+bool child_run_in(const char *folder, const char *words, struct child *c, struct err *e);
 // The same with --json --quiet, for programs of several steps: a failed command is an error with
 // its code.
 bool child_do(const char *words, struct child *c, struct err *e);

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "ui/cli_help.h"
 #include "ui/doc.h"
+#include "ui/provenance.h"
 #include "ui/words.h"
 #include <limits.h>
 #include <math.h>
@@ -152,24 +153,13 @@ static bool parse(int argc, char **argv, const struct command *cmd, void *args, 
     return true;
 }
 
-static char *join(int argc, char **argv)
-{
-    char *line = xstrdup("nacre");
-    for (int k = 1; k < argc; k++) {
-        char *word = words_quote(argv[k]), *longer = xasprintf("%s %s", line, word);
-        free(word);
-        free(line);
-        line = longer;
-    }
-    return line;
-}
-
 static int run(const struct command *cmd, int argc, char **argv)
 {
     struct err e = {0};
     struct global g = {0};
-    char *line = join(argc, argv);
+    char *line = words_join(argc, argv);
     struct cli cli = {.command = cmd->name, .line = line};
+    struct provenance *made = NULL;
     void *args = xcalloc(1, cmd->args_size);
     cli.operand = xcalloc((size_t)argc, sizeof *cli.operand);
     cli.doc = doc_new();
@@ -184,7 +174,8 @@ static int run(const struct command *cmd, int argc, char **argv)
         cli.threads = g.threads;
         if (g.threads)
             omp_set_num_threads(g.threads);
-        ok = cmd->run(args, &cli, &e);
+        ok = provenance_begin(&made, cmd, args, &cli, argc, argv, &e) && cmd->run(args, &cli, &e);
+        ok = provenance_end(made, ok, &e) && ok;
         if (ok || e.code == ERR_PARTIAL)
             doc_print(cli.doc, g.json, stdout);
         if (fflush(stdout))

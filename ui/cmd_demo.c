@@ -43,7 +43,18 @@ struct step {
     struct fact fact[3];
 };
 
-enum { CAPTURE, VERIFY, MERGE, TABLE, TRUTH, JUDGE, RENDER, PICTURES, N_STEPS = PICTURES + 3 };
+enum {
+    CAPTURE,
+    VERIFY,
+    MERGE,
+    TABLE,
+    REPLAY,
+    TRUTH,
+    JUDGE,
+    RENDER,
+    PICTURES,
+    N_STEPS = PICTURES + 3
+};
 
 static const struct step plan[N_STEPS] = {
     [CAPTURE] =
@@ -61,16 +72,23 @@ static const struct step plan[N_STEPS] = {
         {"Merge",
          "Each pixel is the average of its exposures with weights of one over their variance: shot "
          "and read noise decide, saturated samples do not count.",
-         "hdr @/session -o @/radiance.exr",
+         "hdr @/session -o @/session/products/radiance.exr",
          {{"range_stops", "dynamic range", 1, " stops"}}},
     [TABLE] =
         {"Table",
          "The photograph at one wavelength, rescaled and summed over all wavelengths, is the table "
          "of "
          "the surface under any light: here D65.",
-         "lut @/radiance.exr --lambda 530nm --h-per-pixel 7.2e-4 --center 499.5,499.5 --scale 0.25 "
-         "--illuminant D65 --f0 0.2 --size 512 --range 0.24 --power 1 -o @/table.exr",
+         "lut @/session/products/radiance.exr --lambda 530nm --h-per-pixel 7.2e-4 --center "
+         "499.5,499.5 --scale 0.25 "
+         "--illuminant D65 --f0 0.2 --size 512 --range 0.24 --power 1 -o "
+         "@/session/products/table.exr",
          {{0}}},
+    [REPLAY] = {"Replay",
+                "The ledger knows what the two products were made from, and how: made once more, "
+                "they are the same bytes.",
+                "session replay @/session --verify",
+                {{"same", "products made again, the same bytes", 1, ""}}},
     [TRUTH] = {"Truth",
                "The simulator knows its sample: the same table from the formula of the diffraction "
                "pattern, "
@@ -81,15 +99,19 @@ static const struct step plan[N_STEPS] = {
                {{0}}},
     [JUDGE] = {"Error",
                "What the camera's noise, its pixels and the method together cost.",
-               "compare @/table.exr @/truth.exr -o @/error.png",
+               "compare @/session/products/table.exr @/truth.exr -o @/error.png",
                {{"relative_l2", "table error, relative L2", 100, " %"},
                 {"worst_of_peak", "worst of the peak", 100, " %"}}},
     [RENDER] = {"Render",
                 "The measured table on a plane sample under one light, drawn by OpenGL.",
-                "render %/scenes/plane.yaml --table @/table.exr -o @/render.png --size 1280x960",
+                "render %/scenes/plane.yaml --table @/session/products/table.exr -o @/render.png "
+                "--size 1280x960",
                 {{0}}},
-    [PICTURES] = {"Pictures", "", "look @/radiance.exr @/radiance.png --false-color 5", {{0}}},
-    {"Pictures", "", "look @/table.exr @/table.png", {{0}}},
+    [PICTURES] = {"Pictures",
+                  "",
+                  "look @/session/products/radiance.exr @/radiance.png --false-color 5",
+                  {{0}}},
+    {"Pictures", "", "look @/session/products/table.exr @/table.png", {{0}}},
     {"Pictures", "", "look @/truth.exr @/truth.png", {{0}}},
 };
 
@@ -178,6 +200,7 @@ static bool write_report(const char *out, const struct run *run, struct err *e)
     html_picture(&h, "radiance.png",
                  "Merged radiance in false colour, logarithmic over five decades.");
     section(&h, TABLE, out);
+    section(&h, REPLAY, out);
     section(&h, TRUTH, out);
     fputs("<div class=row>", h.f);
     html_picture(&h, "table.png", "Measured table.");

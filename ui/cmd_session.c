@@ -1,4 +1,4 @@
-// cmd_session.c - nacre session: look at a session, prove it, export it.
+// cmd_session.c - nacre session: look at a session, prove it, make its products again, export it.
 #define _GNU_SOURCE
 #include "core/mem.h"
 #include "core/session.h"
@@ -32,8 +32,9 @@ static void list_frame(const struct session_frame *f, struct cli *cli)
     free(line);
 }
 
-static bool show(struct session *s, struct cli *cli, struct err *e)
+static bool show(struct session *s, const struct session_args *a, struct cli *cli, struct err *e)
 {
+    (void)a;
     struct session_report r;
     struct session_frame *frame;
     int n;
@@ -50,14 +51,17 @@ static bool show(struct session *s, struct cli *cli, struct err *e)
     }
     for (int k = 0; k < n; k++)
         list_frame(&frame[k], cli);
+    const bool ok =
+        session_describe_meterings(s, cli->doc, e) && session_describe_products(s, cli->doc, e);
     free(created);
     free(version);
     free(frame);
-    return true;
+    return ok;
 }
 
-static bool verify(struct session *s, struct cli *cli, struct err *e)
+static bool verify(struct session *s, const struct session_args *a, struct cli *cli, struct err *e)
 {
+    (void)a;
     struct session_report r;
     if (!session_verify(s, &r, e))
         return false;
@@ -70,18 +74,30 @@ static bool verify(struct session *s, struct cli *cli, struct err *e)
                    r.planned, r.is_final ? "" : " or more");
 }
 
+static const struct {
+    const char *name;
+    bool (*call)(struct session *s, const struct session_args *a, struct cli *cli, struct err *e);
+} verbs[] = {
+    {"show", show},
+    {"verify", verify},
+    {"replay", session_replay},
+    {"export", session_export},
+};
+enum { VERBS = sizeof verbs / sizeof *verbs };
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct session_args *a = args;
     const char *verb = cli->operand[0];
     struct session *s;
-    if (strcmp(verb, "show") && strcmp(verb, "verify") && strcmp(verb, "export"))
-        return err_set(e, ERR_USAGE, "'%s' is not one of show, verify, export", verb);
+    size_t k = 0;
+    while (k < VERBS && strcmp(verb, verbs[k].name) != 0)
+        k++;
+    if (k == VERBS)
+        return err_set(e, ERR_USAGE, "'%s' is not one of show, verify, replay, export", verb);
     if (!session_open(&s, cli->operand[1], SESSION_READ, e))
         return false;
-    const bool ok = !strcmp(verb, "show")     ? show(s, cli, e)
-                    : !strcmp(verb, "verify") ? verify(s, cli, e)
-                                              : session_export(s, a, cli, e);
+    const bool ok = verbs[k].call(s, a, cli, e);
     session_close(s);
     return ok;
 }
@@ -89,21 +105,26 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 #define AT(field) offsetof(struct session_args, field)
 static const struct opt options[] = {
     {"o", OPT_FILE, AT(out), "FOLDER", NULL, "export: the folder to make"},
+    {"verify", OPT_FLAG, AT(verify), .help = "replay: only compare; nothing is replaced"},
     {0},
 };
 
 const struct command cmd_session = {
     .name = "session",
-    .summary = "look at a session, prove it, export it",
-    .operands = "show|verify|export SESSION",
+    .summary = "look at a session, prove it, make its products again, export it",
+    .operands = "show|verify|replay|export SESSION",
     .min_operands = 2,
     .max_operands = 2,
     .opts = options,
     .args_size = sizeof(struct session_args),
     .notes = "show    what was planned and what was photographed; --json has every detail\n"
              "verify  reads every file again: complete (exit 0), partial (6) or damaged (3)\n"
+             "replay  makes every product again, by the command that made it, and compares the\n"
+             "        bytes: all the same (exit 0), or which are not (6); products are files that\n"
+             "        -o puts into SESSION/products, and those made from SESSION elsewhere\n"
              "export  a BagIt folder: every file with its SHA-256, and the ledger as JSON\n"
              "  nacre session show lcd --json\n"
+             "  nacre hdr lcd -o lcd/products/radiance.exr; nacre session replay lcd --verify\n"
              "  nacre session export lcd -o lcd-bag\n",
     .run = run,
 };

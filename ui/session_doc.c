@@ -1,6 +1,9 @@
 // session_doc.c - a session's frames and state as a document: for show, and for what export writes.
+#define _GNU_SOURCE
+#include "core/product.h"
 #include "ui/session_verbs.h"
 #include <math.h>
+#include <stdlib.h>
 
 void session_describe_frame(const struct session_frame *f, struct doc *d)
 {
@@ -48,4 +51,47 @@ void session_describe_state(const struct session_report *r, struct doc *d)
     doc_int(d, "rejected_count", r->other);
     for (int k = 0; k < r->n_problems && k < 16; k++)
         doc_text(doc_item(d, "problems"), "text", r->problem[k]);
+}
+
+bool session_describe_meterings(struct session *s, struct doc *d, struct err *e)
+{
+    struct session_frame *frame;
+    int n;
+    if (!session_meterings(s, &frame, &n, e))
+        return false;
+    for (int k = 0; k < n; k++) {
+        struct doc *item = doc_item(d, "metering");
+        doc_int(item, "group", frame[k].step.group);
+        session_describe_frame(&frame[k], item);
+    }
+    free(frame);
+    return true;
+}
+
+bool session_describe_products(struct session *s, struct doc *d, struct err *e)
+{
+    struct product *p;
+    int n;
+    if (!product_list(s, &p, &n, e))
+        return false;
+    doc_list(d, "products");
+    for (int k = 0; k < n; k++) {
+        struct doc *item = doc_item(d, "products");
+        doc_text(item, "path", p[k].path);
+        doc_text(item, "command", p[k].command);
+        if (*p[k].folder)
+            doc_text(item, "folder", p[k].folder);
+        doc_text(item, "version", p[k].version);
+        doc_int(item, "utc_ns", p[k].utc_ns);
+        doc_text(item, "sha256", p[k].sha256);
+        doc_list(item, "inputs");
+        for (int i = 0; i < p[k].n_inputs; i++) {
+            struct doc *in = doc_item(item, "inputs");
+            doc_text(in, "path", p[k].input[i].path);
+            doc_text(in, "sha256", p[k].input[i].sha256);
+        }
+        product_finish(&p[k]);
+    }
+    free(p);
+    return true;
 }

@@ -112,10 +112,11 @@ static bool write_ledger(struct bag *b, struct session *s, const struct session_
         for (int k = 0; k < n; k++)
             session_describe_frame(
                 &frame[k], doc_item(d, strcmp(frame[k].verdict, "good") ? "rejected" : "frames"));
-        FILE *f = fopen(json, "w");
+        ok = session_describe_meterings(s, d, e) && session_describe_products(s, d, e);
+        FILE *f = ok ? fopen(json, "w") : NULL;
         if (f)
             doc_print(d, true, f);
-        ok = (f && !fclose(f)) || err_errno(e, "%s", json);
+        ok = ok && ((f && !fclose(f)) || err_errno(e, "%s", json));
         doc_free(d);
         free(frame);
     }

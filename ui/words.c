@@ -32,6 +32,20 @@ char *words_quote(const char *word)
     return text;
 }
 
+char *words_join(int argc, char *const *argv)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *to = open_memstream(&text, &size);
+    fputs("nacre", to);
+    for (int k = 1; k < argc; k++) {
+        fputc(' ', to);
+        put_word(to, argv[k]);
+    }
+    fclose(to);
+    return text;
+}
+
 char *words_expand(const char *line, const char *at, const char *percent)
 {
     char *text = NULL;
