@@ -67,7 +67,7 @@ static bool same_filter(const struct session_frame *f, const struct judge_facts 
     if (!in->other || !(in->own_residual > 0))
         return false;
     const double expect = session_exposure_s(f) * 1e9 / (double)in->other_ns;
-    return fabs(in->other->ratio / expect - 1) < 0.02 &&
+    return fabs(in->other->ratio / expect - 1) < 0.02 + 3 * in->other->sigma &&
            in->other->residual < 1.2 * in->own_residual;
 }
 
@@ -85,6 +85,9 @@ void judge(struct session_frame *f, const struct judge_facts *in)
         say(f, "damaged", "%d x %d pixels, not %d x %d", f->w, f->h, c->w, c->h);
     else if (in->duplicate)
         say(f, "duplicate", "the same counts as the frame before");
+    else if (in->stale_first >= 0)
+        say(f, "damaged", "rows %d to %d are those of the frame before", in->stale_first,
+            in->stale_last);
     else if (f->reported_ns &&
              fabs((double)f->reported_ns / (double)s->exposure_ns - 1) > REPORTED_OFF)
         say(f, "wrong-exposure", "the camera exposed for %s, not %s",

@@ -1,7 +1,7 @@
 // judge.h - whether a frame proves its step. Pure: what was asked, said and seen in; a verdict out.
 //
 // good            counts as the step's proof
-// damaged         the device says so, or the size is wrong
+// damaged         the device says so, the size is wrong, or rows are those of the frame before
 // duplicate       the same counts as the frame before
 // wrong-exposure  the device reports another exposure (or gain) than was asked
 // wrong-light     the pixels disagree with the reported exposure: exposure, light or filter are not
@@ -17,6 +17,7 @@
 
 struct judge_facts {
     bool damaged, duplicate;
+    int stale_first, stale_last; // rows that are those of the frame before; -1: none
     const struct cam_caps *caps;
     const struct measure_level *level;
     const struct measure_ratio *ratio; // against a good frame of the group; NULL: none

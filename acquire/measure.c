@@ -5,15 +5,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BANDS = 16, BLOCK = 8, LEAST_PIXELS = 64, LEAST_BAND_PIXELS = 32 };
+enum { BANDS = 16, BLOCK = 8, LEAST_PIXELS = 64, LEAST_BAND_PIXELS = 32, DIMMER = 2, LEVELS = 6 };
 static const double WELL_FROM = 0.02, WELL_TO = 0.9; // of full scale
+static const double SIGMAS_CLEAR = 6;
 static const double SPILL_FROM = 0.95;
-static const double BLACK_SIGMA = 1.5; // counts: drift of the black level
+static const double BLACK_SIGMA = 1.5;      // counts: drift of the black level
+static const double BLACK_SEEN_SIGMA = 0.3; // where pixels without light show it: its pattern
 
 struct sums {
     double s, l, ss, sl, ll; // of the short and the long frame
     size_t n;
 };
+
+static void add(struct sums *to, const struct sums *t)
+{
+    to->s += t->s;
+    to->l += t->l;
+    to->ss += t->ss;
+    to->sl += t->sl;
+    to->ll += t->ll;
+    to->n += t->n;
+}
 
 // Where the longer exposure saturates charge spills over: such blocks and those around them are
 // left out. One hot pixel spills nothing. [h][w] of BLOCK x BLOCK pixels.
@@ -43,15 +55,23 @@ static struct blocks find_spill(const struct measure_frame *l)
     return b;
 }
 
-static void add_row(struct sums *t, const uint16_t *s, const uint16_t *l, int w, const bool *skip,
-                    double s_black, double l_black, double from, double to)
+// Sums by band of rows and by brightness: level 0 holds pixels whose sum is over WELL_FROM, every
+// further one those of half as much, the last all that are darker.
+struct table {
+    struct sums at[BANDS][LEVELS];
+};
+
+static void add_row(struct sums level[LEVELS], const uint16_t *s, const uint16_t *l, int w,
+                    const bool *skip, double s_black, double l_black, double from, double to)
 {
     for (int i = 0; i < w; i++) {
         const double x = s[i] - s_black, y = l[i] - l_black;
-        if (skip[i / BLOCK])
+        if (skip[i / BLOCK] || y > to)
             continue;
-        if (x + y < from || y > to)
-            continue;
+        int k = 0;
+        for (double least = from; k < LEVELS - 1 && x + y < least; least /= 2)
+            k++;
+        struct sums *t = &level[k];
         t->s += x;
         t->l += y;
         t->ss += x * x;
@@ -62,33 +82,117 @@ static void add_row(struct sums *t, const uint16_t *s, const uint16_t *l, int w,
 }
 
 static void sum_up(const struct measure_frame *s, const struct measure_frame *l,
-                   const struct blocks *spill, struct sums band[BANDS], struct sums *all)
+                   const struct blocks *spill, struct table *t)
 {
     const double full = l->white - l->black;
-    memset(band, 0, BANDS * sizeof *band);
+    *t = (struct table){0};
     for (int j = 0; j < l->h; j++) {
         const size_t row = (size_t)j * (size_t)l->w;
-        add_row(&band[(long)j * BANDS / l->h], s->raw + row, l->raw + row, l->w,
+        add_row(t->at[(long)j * BANDS / l->h], s->raw + row, l->raw + row, l->w,
                 spill->skip + (size_t)(j / BLOCK) * (size_t)spill->w, s->black, l->black,
                 WELL_FROM * full, WELL_TO * full);
     }
-    *all = (struct sums){0};
-    for (int k = 0; k < BANDS; k++) {
-        all->s += band[k].s;
-        all->l += band[k].l;
-        all->ss += band[k].ss;
-        all->sl += band[k].sl;
-        all->ll += band[k].ll;
-        all->n += band[k].n;
-    }
 }
 
-// Relative variance of s / l, from the scatter about that ratio and from the black level.
-static double variance(const struct sums *t, double ratio)
+// What is left of pixels' sums when the black level is where `dark` ones are in the mean.
+static struct sums above(const struct sums *t, const struct sums *dark)
+{
+    if (!dark->n)
+        return *t;
+    const double n = (double)t->n, s = dark->s / (double)dark->n, l = dark->l / (double)dark->n;
+    return (struct sums){.s = t->s - n * s,
+                         .l = t->l - n * l,
+                         .ss = t->ss - 2 * s * t->s + n * s * s,
+                         .sl = t->sl - s * t->l - l * t->s + n * s * l,
+                         .ll = t->ll - 2 * l * t->l + n * l * l,
+                         .n = t->n};
+}
+
+// Variance of the sum s, from the scatter about a ratio and from the black level.
+static double variance(const struct sums *t, const struct sums *dark, double ratio)
 {
     const double scatter = t->ss - 2 * ratio * t->sl + ratio * ratio * t->ll;
-    const double n = (double)t->n, black = BLACK_SIGMA * n * (1 + ratio);
-    return (fmax(scatter, 0) + black * black) / (t->s * t->s);
+    const double n = (double)t->n;
+    const double black = (dark->n ? BLACK_SEEN_SIGMA : BLACK_SIGMA) * n * (1 + ratio);
+    return fmax(scatter, 0) + black * black;
+}
+
+// Standard deviation of the sum of two pixels without light: that of their difference.
+static double noise(const struct sums *dark)
+{
+    const double n = (double)dark->n, mean = (dark->s - dark->l) / n;
+    return sqrt(fmax(0, (dark->ss - 2 * dark->sl + dark->ll) / n - mean * mean));
+}
+
+// A frame without any signal still says so: at least one count in all.
+static struct sums at_least_one(struct sums t)
+{
+    t.s = fmax(t.s, 1);
+    t.l = fmax(t.l, 1);
+    return t;
+}
+
+// The pixels of levels up to `level` as the bright ones, and those at least DIMMER levels below
+// them as the dark ones, if there are enough of them.
+static void split(const struct table *t, int level, struct sums *bright, struct sums *dark)
+{
+    *bright = *dark = (struct sums){0};
+    for (int b = 0; b < BANDS; b++)
+        for (int k = 0; k < LEVELS; k++)
+            if (k <= level)
+                add(bright, &t->at[b][k]);
+            else if (k >= level + DIMMER)
+                add(dark, &t->at[b][k]);
+    if (dark->n < LEAST_PIXELS)
+        *dark = (struct sums){0};
+}
+
+// The level from which on the ratio is known best; -1: none has enough pixels. Where noise alone
+// would reach a level, it would be taken for light of a ratio of 1.
+static int best_level(const struct table *t, double from)
+{
+    int best = -1;
+    double least = INFINITY;
+    for (int k = 0; k < LEVELS - DIMMER; k++, from /= 2) {
+        struct sums bright, dark;
+        split(t, k, &bright, &dark);
+        if (bright.n < LEAST_PIXELS || (k && (!dark.n || from < SIGMAS_CLEAR * noise(&dark))))
+            continue;
+        const struct sums all = at_least_one(above(&bright, &dark));
+        const double v = variance(&all, &dark, all.s / all.l) / (all.s * all.s);
+        if (best < 0 || v < least) {
+            best = k;
+            least = v;
+        }
+    }
+    return best;
+}
+
+// The bands of rows, 16 or 8, 4, 2 wide ones, that differ most from what all say.
+static void find_worst(const struct table *t, int level, const struct sums *dark, double ratio,
+                       int h, struct measure_ratio *m)
+{
+    double worst = 0;
+    for (int wide = 1; wide < BANDS; wide *= 2)
+        for (int b = 0; b < BANDS; b += wide) {
+            struct sums sum = {0};
+            for (int k = 0; k < wide; k++)
+                for (int q = 0; q <= level; q++)
+                    add(&sum, &t->at[b + k][q]);
+            if (sum.n < LEAST_BAND_PIXELS)
+                continue;
+            sum = at_least_one(above(&sum, dark));
+            const double expect = fmax(ratio * sum.l, 1);
+            const double sigma = sqrt(variance(&sum, dark, sum.s / sum.l)) / expect;
+            const double weight = fabs(sum.s / expect - 1) - 4 * sigma;
+            if (weight > worst || !m->worst_last) {
+                worst = weight;
+                m->worst = sum.s / expect;
+                m->worst_sigma = sigma;
+                m->worst_first = (int)(((long)b * h + BANDS - 1) / BANDS);
+                m->worst_last = (int)(((long)(b + wide) * h + BANDS - 1) / BANDS) - 1;
+            }
+        }
 }
 
 bool measure_ratio(const struct measure_frame *a, const struct measure_frame *b,
@@ -99,44 +203,34 @@ bool measure_ratio(const struct measure_frame *a, const struct measure_frame *b,
     const bool a_short = a->exposure_ns <= b->exposure_ns;
     const struct measure_frame *s = a_short ? a : b, *l = a_short ? b : a;
     struct blocks spill = find_spill(l);
-    struct sums band[BANDS], all;
-    sum_up(s, l, &spill, band, &all);
-    if (all.n < LEAST_PIXELS) { // saturated spots all over: better with what spills than not at all
+    struct table *t = xcalloc(1, sizeof *t);
+    const double from = WELL_FROM * (l->white - l->black);
+    struct sums bright, dark;
+    sum_up(s, l, &spill, t);
+    int level = best_level(t, from);
+    if (level < 0) { // saturated spots all over: better with what spills than not at all
         memset(spill.skip, 0, (size_t)spill.w * (size_t)spill.h);
-        sum_up(s, l, &spill, band, &all);
+        sum_up(s, l, &spill, t);
+        level = best_level(t, from);
     }
     free(spill.skip);
-    if (all.n < LEAST_PIXELS)
+    if (level < 0) {
+        free(t);
         return false;
-    // A short frame without any signal still says so: at least one count in all.
-    if (all.s < 1)
-        all.s = 1;
+    }
+    split(t, level, &bright, &dark);
+    const struct sums all = at_least_one(above(&bright, &dark));
     const double ratio = all.s / all.l;
     const double scatter = all.ss - 2 * ratio * all.sl + ratio * ratio * all.ll;
     struct measure_ratio m = {
         .ratio = a_short ? ratio : 1 / ratio,
-        .sigma = sqrt(variance(&all, ratio)),
+        .sigma = sqrt(variance(&all, &dark, ratio)) / all.s,
         .worst = 1,
         .residual = sqrt(fmax(scatter, 0) / fmax(all.ss, 1)),
         .pixels = all.n,
     };
-    double worst = 0;
-    for (int k = 0; k < BANDS; k++) {
-        const struct sums *t = &band[k];
-        if (t->n < LEAST_BAND_PIXELS)
-            continue;
-        const double expect = ratio * t->l, off = t->s - expect;
-        const double sigma =
-            sqrt(variance(&(struct sums){expect, t->l, t->ss, t->sl, t->ll, t->n}, ratio));
-        const double weight = fabs(off / expect) - 4 * sigma;
-        if (weight > worst || !m.worst_last) {
-            worst = weight;
-            m.worst = t->s / expect;
-            m.worst_sigma = sigma;
-            m.worst_first = (int)(((long)k * a->h + BANDS - 1) / BANDS);
-            m.worst_last = (int)(((long)(k + 1) * a->h + BANDS - 1) / BANDS) - 1;
-        }
-    }
+    find_worst(t, level, &dark, ratio, a->h, &m);
+    free(t);
     if (!a_short)
         m.worst = 1 / fmax(m.worst, 1e-6);
     *out = m;
@@ -164,13 +258,31 @@ void measure_level(const struct measure_frame *f, struct measure_level *out)
     free(count);
 }
 
-bool measure_same(const struct measure_frame *a, const struct measure_frame *b)
+// Whether a row has noise: under a cap, or where all is saturated, rows are the same for ever.
+static bool is_noisy(const uint16_t *row, int w)
 {
-    const size_t n = (size_t)a->w * (size_t)a->h;
-    if (a->w != b->w || a->h != b->h || memcmp(a->raw, b->raw, n * sizeof *a->raw) != 0)
+    int changes = 0;
+    for (int i = 1; i < w; i++)
+        changes += row[i] != row[i - 1];
+    return 2 * changes >= w;
+}
+
+bool measure_same_rows(const struct measure_frame *a, const struct measure_frame *b, int *first,
+                       int *last)
+{
+    int noisy = 0, same = 0;
+    *first = *last = -1;
+    if (a->w != b->w || a->h != b->h)
         return false;
-    for (size_t k = 1; k < n; k++) // a cap on the lens, or light that saturates all, has no noise
-        if (a->raw[k] != a->raw[0])
-            return true;
-    return false;
+    for (int j = 0; j < a->h; j++) {
+        const uint16_t *row = a->raw + (size_t)j * (size_t)a->w;
+        if (!is_noisy(row, a->w))
+            continue;
+        noisy++;
+        if (memcmp(row, b->raw + (size_t)j * (size_t)a->w, (size_t)a->w * sizeof *row) != 0)
+            continue;
+        *first = same++ ? *first : j;
+        *last = j;
+    }
+    return noisy && same == noisy;
 }

@@ -4,6 +4,8 @@
 // is the ratio of their exposures, whatever the camera says. Pixels are chosen by the sum of both
 // frames: shot noise then favours neither (given the sum of two Poisson counts, their split does
 // not depend on it), where choosing by one frame would bias the ratio by some per cent.
+// Black is what pixels without light show, if there are any, and of several limits between bright
+// and dark the one is taken that gives the ratio best.
 #pragma once
 #include <stdbool.h>
 #include <stddef.h>
@@ -19,7 +21,8 @@ struct measure_frame {
 
 struct measure_ratio {
     double ratio; // of the signals, first to second
-    double sigma; // its relative standard deviation; black is taken to be known to 1.5 counts
+    double sigma; // its relative standard deviation; black is taken to be known to 1.5 counts,
+                  // or to 0.3 where pixels without light show it
     double worst; // the band of rows that differs most: its ratio over `ratio`
     double worst_sigma;
     int worst_first, worst_last; // its rows
@@ -38,6 +41,7 @@ struct measure_level {
 };
 void measure_level(const struct measure_frame *f, struct measure_level *out);
 
-bool measure_same(const struct measure_frame *a,
-                  const struct measure_frame *b); // every count, and
-                                                  // not all are equal
+// Noise never repeats: rows with the very counts of another frame are its rows. *first and *last of
+// them, -1: there are none. True when they are all the rows that have noise.
+bool measure_same_rows(const struct measure_frame *a, const struct measure_frame *b, int *first,
+                       int *last);

@@ -33,6 +33,7 @@ struct run_event {
     int id, against;              // RUN_KEPT: ids of the frame, and of what it was measured against
     const char *verdict, *reason; // RUN_KEPT
     int64_t measured_ns;          // RUN_KEPT; 0: not
+    double measured_sigma;        // RUN_KEPT; relative
     double saturated, bright;     // RUN_METERED: share; part of full scale above black
     const struct err *err;        // RUN_FAILED
 };
@@ -45,7 +46,7 @@ enum run_action_kind {
     RUN_DO_KEEP,   // judge and store it as `step`, attempt `n`; then RUN_KEPT
     RUN_DO_METER,  // look at it; then RUN_METERED
     RUN_DO_PLAN,   // store steps [step, step + n); `last`: the plan is now known to its end
-    RUN_DO_REVOKE, // take back frame `id`
+    RUN_DO_REVOKE, // take back frame `id`, or all of group `n` when it is 0; `verdict`, `text`
     RUN_DO_NOTE,   // text into the ledger
     RUN_DO_END,    // ended: err.code is ERR_NONE when complete
 };
@@ -56,6 +57,7 @@ struct run_action {
     struct cam_shot shot;
     int step, n, id;
     bool last;
+    const char *verdict;
     char text[160];
     struct err err;
 };

@@ -282,7 +282,8 @@ static void act(struct shooter *s, const struct run_action *a)
     case RUN_DO_METER: do_keep(s, a, WRITER_METER); break;
     case RUN_DO_PLAN: do_plan(s, a); break;
     case RUN_DO_REVOKE: {
-        struct writer_job job = {.kind = WRITER_REVOKE, .id = a->id};
+        struct writer_job job = {.kind = WRITER_REVOKE, .id = a->id, .n = a->n};
+        snprintf(job.what, sizeof job.what, "%s", a->verdict);
         snprintf(job.text, sizeof job.text, "%s", a->text);
         writer_put(s->writer, &job);
         break;
@@ -387,7 +388,8 @@ static void kept(struct shooter *s, const struct writer_result *res)
                                .against = res->against,
                                .verdict = stored ? f->verdict : "not-stored",
                                .reason = f->reason,
-                               .measured_ns = f->measured_ns});
+                               .measured_ns = f->measured_ns,
+                               .measured_sigma = f->measured_sigma});
     int done, planned;
     run_progress(s->run, &done, &planned);
     if (stored && s->order.kept)

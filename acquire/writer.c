@@ -108,13 +108,18 @@ static void remember(struct writer *w, const struct session_frame *f, double res
     snprintf(c->path, sizeof c->path, "%s", f->path);
 }
 
-static void forget(struct writer *w, int id)
+// Takes back a frame, or a group when id is 0: nothing is measured against it any more.
+static void take_back(struct writer *w, const struct writer_job *job, struct err *e)
 {
     int kept = 0;
     for (int k = 0; k < w->n_known; k++)
-        if (w->known[k].id != id)
+        if (job->id ? w->known[k].id != job->id : w->known[k].group != job->n)
             w->known[kept++] = w->known[k];
     w->n_known = kept;
+    if (job->id)
+        session_revoke(w->session, job->id, job->what, job->text, e);
+    else
+        session_revoke_group(w->session, job->n, job->what, job->text, e);
 }
 
 static struct dng picture(const struct writer *w, const struct session_frame *f, uint16_t *raw)
@@ -142,7 +147,9 @@ static void keep(struct writer *w, struct writer_job *job, struct writer_result 
     struct measure_ratio ratio, other;
     struct judge_facts facts = {.damaged = job->damaged, .caps = &w->caps, .level = &level};
     measure_level(&mine, &level);
-    facts.duplicate = w->last_id && measure_same(&mine, &before);
+    facts.stale_first = -1;
+    facts.duplicate =
+        w->last_id && measure_same_rows(&mine, &before, &facts.stale_first, &facts.stale_last);
     const bool lit = f->step.kind == SESSION_LIGHT;
     struct known *pair = lit ? nearest(w, f, false) : NULL;
     if (pair && compare(w, &mine, pair, &ratio)) {
@@ -157,6 +164,8 @@ static void keep(struct writer *w, struct writer_job *job, struct writer_result 
         facts.own_residual = past->residual;
     }
     judge(f, &facts);
+    if (!strcmp(f->verdict, "same-filter"))
+        res->against = past->id;
     f->id = w->next_id;
     if (!session_add_frame(w->session, f, &d, &res->err))
         return;
@@ -193,10 +202,7 @@ static void work_on(struct writer *w, struct writer_job *job, struct writer_resu
     case WRITER_KEEP: keep(w, job, res); break;
     case WRITER_METER: meter(w, job, res); break;
     case WRITER_PLAN: session_add_steps(w->session, job->step, job->n, job->last, &res->err); break;
-    case WRITER_REVOKE:
-        forget(w, job->id);
-        session_revoke(w->session, job->id, "wrong-light", job->text, &res->err);
-        break;
+    case WRITER_REVOKE: take_back(w, job, &res->err); break;
     case WRITER_NOTE:
         session_note(w->session, job->boot_ns, job->what, job->text, &res->err);
         break;

@@ -20,7 +20,7 @@ struct writer_job {
     int n, id;
     bool last;
     int64_t boot_ns;
-    char what[24], text[256]; // NOTE; REVOKE: text
+    char what[24], text[256]; // NOTE; REVOKE: verdict and reason
 };
 
 struct writer_result {

@@ -309,6 +309,21 @@ bool ledger_revoke(struct ledger *l, int id, const char *verdict, const char *re
     return finish(l, q, e);
 }
 
+bool ledger_revoke_group(struct ledger *l, int group, const char *verdict, const char *reason,
+                         struct err *e)
+{
+    sqlite3_stmt *q;
+    if (!prepare(l,
+                 "update frame set verdict = ?, reason = ? where verdict = 'good' and step in"
+                 " (select id from step where grp = ?)",
+                 &q, e))
+        return false;
+    bind_text(q, 1, verdict);
+    bind_text(q, 2, reason);
+    sqlite3_bind_int(q, 3, group);
+    return finish(l, q, e);
+}
+
 bool ledger_note(struct ledger *l, int64_t boot_ns, const char *what, const char *text,
                  struct err *e)
 {
@@ -319,6 +334,32 @@ bool ledger_note(struct ledger *l, int64_t boot_ns, const char *what, const char
     bind_text(q, 2, what);
     bind_text(q, 3, text);
     return finish(l, q, e);
+}
+
+bool ledger_history(struct ledger *l, struct session_event **out, int *n, struct err *e)
+{
+    sqlite3_stmt *q;
+    if (!prepare(l, "select boot_ns, what, text from note order by id", &q, e))
+        return false;
+    struct session_event *event = NULL;
+    int count = 0, code;
+    while ((code = sqlite3_step(q)) == SQLITE_ROW) {
+        if (!(count & (count - 1)))
+            event = xrealloc(event, (size_t)count * 2 + 1, sizeof *event);
+        struct session_event *ev = &event[count++];
+        ev->boot_ns = sqlite3_column_int64(q, 0);
+        text_at(q, 1, ev->what, sizeof ev->what);
+        text_at(q, 2, ev->text, sizeof ev->text);
+    }
+    const bool ok = code == SQLITE_DONE || fail(l, e);
+    sqlite3_finalize(q);
+    if (ok) {
+        *out = event;
+        *n = count;
+    } else {
+        free(event);
+    }
+    return ok;
 }
 
 bool ledger_steps(struct ledger *l, struct session_step **out, int *n, struct err *e)

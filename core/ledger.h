@@ -19,8 +19,11 @@ bool ledger_add_steps(struct ledger *l, const struct session_step *step, int n, 
 bool ledger_add_frame(struct ledger *l, const struct session_frame *f, int64_t size, struct err *e);
 bool ledger_revoke(struct ledger *l, int id, const char *verdict, const char *reason,
                    struct err *e);
+bool ledger_revoke_group(struct ledger *l, int group, const char *verdict, const char *reason,
+                         struct err *e);
 bool ledger_note(struct ledger *l, int64_t boot_ns, const char *what, const char *text,
                  struct err *e);
+bool ledger_history(struct ledger *l, struct session_event **event, int *n, struct err *e);
 bool ledger_steps(struct ledger *l, struct session_step **step, int *n, struct err *e);
 // `size` gets the files' sizes, [n], allocated; may be NULL.
 enum ledger_which { LEDGER_GOOD, LEDGER_ALL, LEDGER_METERINGS }; // frames; ALL: of steps

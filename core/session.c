@@ -236,10 +236,19 @@ bool session_revoke(struct session *s, int id, const char *verdict, const char *
 {
     return ledger_revoke(s->ledger, id, verdict, reason, e);
 }
+bool session_revoke_group(struct session *s, int group, const char *verdict, const char *reason,
+                          struct err *e)
+{
+    return ledger_revoke_group(s->ledger, group, verdict, reason, e);
+}
 bool session_note(struct session *s, int64_t boot_ns, const char *what, const char *text,
                   struct err *e)
 {
     return ledger_note(s->ledger, boot_ns, what, text, e);
+}
+bool session_history(struct session *s, struct session_event **event, int *n, struct err *e)
+{
+    return ledger_history(s->ledger, event, n, e);
 }
 bool session_copy_ledger(struct session *s, const char *path, struct err *e)
 {

@@ -98,12 +98,21 @@ bool session_add_frame(struct session *s, struct session_frame *f, const struct 
 // Takes back a good frame: it stays, with this verdict, and its step is open again.
 bool session_revoke(struct session *s, int id, const char *verdict, const char *reason,
                     struct err *e);
+bool session_revoke_group(struct session *s, int group, const char *verdict, const char *reason,
+                          struct err *e); // all good frames of it
 // Reads every good frame again; those that are gone or altered are revoked as "damaged", so that a
 // resumed capture shoots them again.
 bool session_recheck(struct session *s, struct err *e);
 // One line of history: "resumed", "clock", "light off"; `what` is one word.
 bool session_note(struct session *s, int64_t boot_ns, const char *what, const char *text,
                   struct err *e);
+
+struct session_event {
+    int64_t boot_ns;
+    char what[24], text[256];
+};
+// All of history, oldest first; allocated.
+bool session_history(struct session *s, struct session_event **event, int *n, struct err *e);
 
 // Arrays are allocated; free() them. Frames in order of id; only_good leaves the others out.
 bool session_steps(struct session *s, struct session_step **step, int *n, struct err *e);

@@ -117,7 +117,7 @@ static void load_count(struct fault_cam *f)
 
 static void save_count(const struct fault_cam *f)
 {
-    FILE *file = *f->state ? fopen(f->state, "w") : NULL;
+    FILE *file = *f->state && !f->limited ? fopen(f->state, "w") : NULL;
     if (file) {
         fprintf(file, "%ld\n", f->shots);
         fclose(file);

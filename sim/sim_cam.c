@@ -18,7 +18,7 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { QUEUE = 8, LAYERS = 8 };
+enum { QUEUE = 8, LAYERS = 8, SETTLE = 4 };
 
 struct job {
     struct cam_shot shot;
@@ -30,14 +30,15 @@ struct job {
 struct sim {
     struct cam base;
     char *scene, *rig, *world_name;
-    int w, h, seed, realtime;
-    int64_t grace_ns;
+    int w, h, seed, realtime, settle;
+    int64_t grace_ns, dead_ns;
 
     struct lab lab;
     struct sensor sensor;
     struct world *world;
     double *seconds; // [LAYERS + 1][h] light of each layer by row, and of one too many
     uint64_t seq;
+    struct cam_shot asked[SETTLE + 1]; // the last shots, newest first: settings land `settle` late
     pthread_t thread;
     bool running;
 
@@ -155,7 +156,8 @@ static void fill_caps(struct sim *s)
     c->gain_min = 1;
     c->gain_max = 16;
     c->row_ns = llround(sensor->row_s * 1e9);
-    c->dead_ns = 20000000000; // the first photograph of a light and filter has to be computed
+    c->dead_ns = s->dead_ns;
+    c->settle = s->settle;
 }
 
 static bool check_lights(const struct lab *lab, struct err *e)
@@ -203,7 +205,12 @@ static bool sim_shoot(struct cam *cam, const struct cam_shot *shot, struct err *
 {
     struct sim *s = (struct sim *)cam;
     const struct cam_caps *c = &cam->caps;
-    int64_t exposure = shot->exposure_ns;
+    memmove(s->asked + 1, s->asked, SETTLE * sizeof *s->asked);
+    s->asked[0] = *shot;
+    const struct cam_shot *set = &s->asked[s->settle];
+    while (!set->id) // the first ones find no settings before them
+        set--;
+    int64_t exposure = set->exposure_ns;
     if (c->exposure_step_ns > 0)
         exposure = (exposure + c->exposure_step_ns / 2) / c->exposure_step_ns * c->exposure_step_ns;
     exposure = exposure < c->exposure_min_ns ? c->exposure_min_ns : exposure;
@@ -216,7 +223,7 @@ static bool sim_shoot(struct cam *cam, const struct cam_shot *shot, struct err *
             .frame = {.seq = s->seq++,
                       .shot = shot->id,
                       .exposure_ns = exposure,
-                      .gain = fmax(c->gain_min, fmin(c->gain_max, shot->gain)),
+                      .gain = fmax(c->gain_min, fmin(c->gain_max, set->gain)),
                       .focus_per_m = NAN,
                       .temperature_k = 303,
                       .w = c->w,
@@ -286,6 +293,10 @@ static const struct devopt options[] = {
     {"realtime", DEVOPT_INT, AT(realtime), UNIT_NONE, 0, 1, "0", "1: exposures take their time"},
     {"grace", DEVOPT_NS, AT(grace_ns), UNIT_S, 0, 10, "2ms",
      "real time of an exposure before the virtual clock skips the rest"},
+    {"settle", DEVOPT_INT, AT(settle), UNIT_NONE, 0, SETTLE, "0",
+     "frames until settings are in force"},
+    {"dead", DEVOPT_NS, AT(dead_ns), UNIT_S, 0, 600, "20s",
+     "longest time from an exposure to its frame: the first one of a light and filter is computed"},
     {0},
 };
 

@@ -94,17 +94,24 @@ TEST(the_brightest_pixels_and_the_saturated_share_are_counted)
     assert_near(level.bright, 1000, 0); // the 8th brightest of 76800
 }
 
-TEST(the_same_counts_are_a_duplicate_but_a_flat_frame_is_not)
+TEST(rows_of_the_frame_before_are_found_but_flat_ones_tell_nothing)
 {
+    int first, last;
+    const struct measure_frame fa = as_frame(a, 1), fb = as_frame(b, 1);
     expose(a, 0.1, H, 1);
     memcpy(b, a, sizeof a);
-    const struct measure_frame fa = as_frame(a, 1), fb = as_frame(b, 1);
-    assert_true(measure_same(&fa, &fb));
-    b[77]++;
-    assert_false(measure_same(&fa, &fb));
+    assert_true(measure_same_rows(&fa, &fb, &first, &last));
+    expose(b, 0.1, H, 1);
+    assert_false(measure_same_rows(&fa, &fb, &first, &last));
+    assert_int_equal(first, -1);
+    memcpy(b + 100 * W, a + 100 * W, 20 * W * sizeof *b);
+    assert_false(measure_same_rows(&fa, &fb, &first, &last));
+    assert_true(first == 100 && last == 119);
     memset(a, 0, sizeof a);
     memset(b, 0, sizeof b);
-    assert_false(measure_same(&fa, &fb));
+    a[5] = b[5] = WHITE; // a hot pixel under a cap
+    assert_false(measure_same_rows(&fa, &fb, &first, &last));
+    assert_int_equal(first, -1);
 }
 
 // One frame whose facts are all fine, and what spoils it.
@@ -133,10 +140,12 @@ TEST(every_verdict_has_its_cause)
     gain.gain = 2;
     missed.light_off_ns = 6100000; // the last row ends at 6.239 ms
     small.w = 8;
-    const struct judge_facts base = {.caps = &caps, .level = &lit};
+    const struct judge_facts base = {.stale_first = -1, .caps = &caps, .level = &lit};
     struct judge_facts damaged = base, duplicate = base, agrees = base, disagrees = base,
-                       uneven = base, black = base, stuck = base;
+                       uneven = base, black = base, stuck = base, torn = base;
     damaged.damaged = true;
+    torn.stale_first = 3;
+    torn.stale_last = 200;
     duplicate.duplicate = true;
     agrees.ratio = &same;
     disagrees.ratio = &twice;
@@ -157,7 +166,7 @@ TEST(every_verdict_has_its_cause)
         {&gain, &base, "wrong-exposure"}, {&fine, &disagrees, "wrong-light"},
         {&fine, &uneven, "uneven"},       {&missed, &base, "light-missed"},
         {&dark, &base, "not-dark"},       {&dark, &black, "good"},
-        {&fine, &stuck, "same-filter"},
+        {&fine, &stuck, "same-filter"},   {&fine, &torn, "damaged"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct session_frame f = *cases[k].f;
@@ -171,5 +180,5 @@ TEST_MAIN(cmocka_unit_test(the_ratio_is_that_of_the_exposures_within_its_sigma),
           cmocka_unit_test(a_frame_with_less_light_in_some_rows_says_which),
           cmocka_unit_test(a_frame_without_light_differs_and_an_empty_scene_tells_nothing),
           cmocka_unit_test(the_brightest_pixels_and_the_saturated_share_are_counted),
-          cmocka_unit_test(the_same_counts_are_a_duplicate_but_a_flat_frame_is_not),
+          cmocka_unit_test(rows_of_the_frame_before_are_found_but_flat_ones_tell_nothing),
           cmocka_unit_test(every_verdict_has_its_cause))

@@ -52,7 +52,9 @@ static bool show(struct session *s, const struct session_args *a, struct cli *cl
     for (int k = 0; k < n; k++)
         list_frame(&frame[k], cli);
     const bool ok =
-        session_describe_meterings(s, cli->doc, e) && session_describe_products(s, cli->doc, e);
+        session_describe_meterings(s, cli->doc, e) &&
+                    (!cli->json || session_describe_history(s, cli->doc, e)) &&
+                    session_describe_products(s, cli->doc, e);
     free(created);
     free(version);
     free(frame);

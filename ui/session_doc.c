@@ -68,6 +68,23 @@ bool session_describe_meterings(struct session *s, struct doc *d, struct err *e)
     return true;
 }
 
+bool session_describe_history(struct session *s, struct doc *d, struct err *e)
+{
+    struct session_event *event;
+    int n;
+    if (!session_history(s, &event, &n, e))
+        return false;
+    doc_list(d, "history");
+    for (int k = 0; k < n; k++) {
+        struct doc *item = doc_item(d, "history");
+        doc_int(item, "boot_ns", event[k].boot_ns);
+        doc_text(item, "what", event[k].what);
+        doc_text(item, "text", event[k].text);
+    }
+    free(event);
+    return true;
+}
+
 bool session_describe_products(struct session *s, struct doc *d, struct err *e)
 {
     struct product *p;

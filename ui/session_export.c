@@ -112,7 +112,8 @@ static bool write_ledger(struct bag *b, struct session *s, const struct session_
         for (int k = 0; k < n; k++)
             session_describe_frame(
                 &frame[k], doc_item(d, strcmp(frame[k].verdict, "good") ? "rejected" : "frames"));
-        ok = session_describe_meterings(s, d, e) && session_describe_products(s, d, e);
+        ok = session_describe_meterings(s, d, e) && session_describe_history(s, d, e) &&
+             session_describe_products(s, d, e);
         FILE *f = ok ? fopen(json, "w") : NULL;
         if (f)
             doc_print(d, true, f);

@@ -13,6 +13,8 @@ void session_describe_state(const struct session_report *r, struct doc *d);
 
 // The shots of metering: a list under "metering", when there are any.
 bool session_describe_meterings(struct session *s, struct doc *d, struct err *e);
+// What happened besides: a list under "history".
+bool session_describe_history(struct session *s, struct doc *d, struct err *e);
 // What commands have made from the session: a list under "products".
 bool session_describe_products(struct session *s, struct doc *d, struct err *e);
 
