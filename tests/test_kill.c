@@ -12,15 +12,30 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 
-enum { PLANNED = 24, MAX_KILLS = 1000, STATES = 16 };
+enum { PLANNED = 24, MAX_KILLS = 1000 };
 static const double CAP_S = 0.4; // max_on of the rig below
 
 static struct world *world;
 static char world_name[40];
+// Moments: "anywhere" is at random from the very start; the others are what nacred says that it is
+// doing, but for two: to be paused it is asked, and the light is seen going off from outside,
+// because nacred answers nothing until nacre-lights has answered it.
 static struct {
-    char name[40];
-    int hits;
-} states[STATES];
+    const char *name;
+    int kills, seen;
+} moments[] = {
+    {"anywhere"},
+    {"moving the filter"},
+    {"letting settings settle"},
+    {"resting the light"},
+    {"switching the light on"},
+    {"exposing"},
+    {"holding the light"},
+    {"switching the light off"},
+    {"storing"},
+    {"paused"},
+};
+enum { MOMENTS = sizeof moments / sizeof *moments };
 static double off_after_s[MAX_KILLS];
 static int n_lit;
 
@@ -45,9 +60,9 @@ static int setup(void **state)
     enter_scratch("kill");
     snprintf(world_name, sizeof world_name, "test-kill-%d", (int)getpid());
     snprintf(text, sizeof text,
-             "name: r\ncamera: {uri: 'sim:w=48,h=32,realtime=1,world=%s'}\nlights:\n"
+             "name: r\ncamera: {uri: 'sim:w=48,h=32,realtime=1,settle=1,world=%s'}\nlights:\n"
              "  trigger: 'sim:lines=1,world=%s'\n  list:\n"
-             "  - {name: led, line: 0, max_on: 400ms, lead: 1ms, lag: 1ms}\n"
+             "  - {name: led, line: 0, max_on: 400ms, max_duty: 0.7, lead: 2ms, lag: 2ms}\n"
              "filters:\n  trigger: 'sim:positions=2,world=%s,settle=3ms'\n"
              "  list: [{name: a, position: 0}, {name: b, position: 1}]\n",
              world_name, world_name, world_name);
@@ -148,16 +163,53 @@ static void ask_state(int fd, char name[40])
     }
 }
 
-static void note_state(int fd)
+static void ask_to_pause(int fd)
 {
-    char name[40];
-    ask_state(fd, name);
-    for (int k = 0; k < STATES; k++)
-        if (!*states[k].name || !strcmp(states[k].name, name)) {
-            strcpy(states[k].name, name);
-            states[k].hits++;
-            return;
-        }
+    static const char pause[] = "{\"jsonrpc\":\"2.0\",\"method\":\"capture.pause\","
+                                "\"params\":{\"capture\":1}}\n";
+    (void)!write(fd, pause, sizeof pause - 1);
+}
+
+static bool is_lit(void)
+{
+    struct world_state s;
+    world_read(world, &s);
+    return s.n_lights && s.light[s.n_lights - 1].mask && s.light[s.n_lights - 1].to_ns > s.now_ns;
+}
+
+// Waits for the light to go off, again and again for up to `for_s`: true when it did.
+static bool light_goes_off_within(double for_s)
+{
+    const int64_t until = clock_boot_ns() + (int64_t)(1e9 * for_s);
+    bool was = false, is;
+    while (clock_boot_ns() < until) {
+        is = is_lit();
+        if (was && !is)
+            return true;
+        was = is;
+    }
+    return false;
+}
+
+// Waits for a moment of a capture that takes whole_s; false when it did not come.
+static bool wait_for_moment(int m, int fd, double whole_s)
+{
+    const int64_t from = clock_boot_ns();
+    char name[40] = "no capture";
+    if (!m) {
+        usleep((useconds_t)(1e6 * whole_s * rand() / RAND_MAX));
+        return true;
+    }
+    while (!strcmp(name, "no capture") && clock_boot_ns() - from < 3000000000)
+        ask_state(fd, name);
+    usleep((useconds_t)(0.7e6 * whole_s * rand() / RAND_MAX));
+    if (!strcmp(moments[m].name, "switching the light off"))
+        return light_goes_off_within(1);
+    if (!strcmp(moments[m].name, "paused"))
+        ask_to_pause(fd);
+    while (strcmp(name, moments[m].name) != 0 && clock_boot_ns() - from < 3000000000)
+        ask_state(fd, name);
+    return !strcmp(name, moments[m].name);
 }
 
 // The light that was on at `since_ns` must not stay on for longer than its cap.
@@ -243,12 +295,9 @@ TEST(nacred_killed_at_any_moment)
             close(fd);
             continue;
         }
-        char name[40] = "no capture"; // every fourth moment is anywhere, from the very start
-        while (k % 4 && !strcmp(name, "no capture") && clock_boot_ns() - from < 3000000000)
-            ask_state(fd, name);
-        const double left_s = whole_s - 1e-9 * (double)(clock_boot_ns() - from);
-        usleep((useconds_t)(1e6 * fmax(left_s, 0.1) * rand() / RAND_MAX));
-        note_state(fd);
+        const int m = k % MOMENTS;
+        moments[m].kills++;
+        moments[m].seen += wait_for_moment(m, fd, whole_s);
         const int64_t killed_ns = clock_boot_ns();
         kill(daemon, SIGKILL);
         wait_for(daemon);
@@ -269,9 +318,11 @@ TEST(nacred_killed_at_any_moment)
         kill(second, SIGTERM);
         assert_int_equal(wait_for(second), 0);
     }
-    for (int k = 0; k < STATES && *states[k].name; k++)
-        print_message("  %3d in '%s'\n", states[k].hits, states[k].name);
+    for (int m = 0; m < MOMENTS; m++)
+        print_message("  %3d of %3d in '%s'\n", moments[m].seen, moments[m].kills, moments[m].name);
     report("nacred", n);
+    for (int m = 0; m < MOMENTS && n >= 4 * MOMENTS; m++)
+        assert_true(moments[m].seen > 0);
 }
 
 TEST(nacre_lights_killed_at_any_moment)
