@@ -67,7 +67,8 @@ static bool same_filter(const struct session_frame *f, const struct judge_facts 
     if (!in->other || !(in->own_residual > 0))
         return false;
     const double expect = session_exposure_s(f) * 1e9 / (double)in->other_ns;
-    return fabs(in->other->ratio / expect - 1) < 0.02 + 3 * in->other->sigma &&
+    return in->other->sigma < 0.02 && // else nothing can be told
+           fabs(in->other->ratio / expect - 1) < 0.02 + 2 * in->other->sigma &&
            in->other->residual < 1.2 * in->own_residual;
 }
 
@@ -95,6 +96,9 @@ void judge(struct session_frame *f, const struct judge_facts *in)
             time_text(s->exposure_ns, asked, sizeof asked));
     else if (fabs(f->gain / s->gain - 1) > REPORTED_OFF)
         say(f, "wrong-exposure", "the camera used gain %g, not %g", f->gain, s->gain);
+    else if (fabs(f->focus_per_m - s->focus_per_m) > 0.05 + 0.02 * fabs(s->focus_per_m)) // not NAN
+        say(f, "wrong-focus", "the camera is focused at %g dioptres, not %g", f->focus_per_m,
+            s->focus_per_m);
     else if (!lit_throughout(f, c))
         say(f, "light-missed",
             "light on %+.1f us and off %+.1f us from the exposure's start, first row",

@@ -4,6 +4,7 @@
 // damaged         the device says so, the size is wrong, or rows are those of the frame before
 // duplicate       the same counts as the frame before
 // wrong-exposure  the device reports another exposure (or gain) than was asked
+// wrong-focus     the device reports another focus than was asked
 // wrong-light     the pixels disagree with the reported exposure: exposure, light or filter are not
 //                 what the device claims
 // uneven          some rows saw less or more light than others, against a neighbour of the bracket

@@ -7,6 +7,7 @@
 
 enum { BANDS = 16, BLOCK = 8, LEAST_PIXELS = 64, LEAST_BAND_PIXELS = 32, DIMMER = 2, LEVELS = 6 };
 static const double WELL_FROM = 0.02, WELL_TO = 0.9; // of full scale
+static const double ENOUGH_PIXELS = 2e6;
 static const double SIGMAS_CLEAR = 6;
 static const double SPILL_FROM = 0.95;
 static const double BLACK_SIGMA = 1.5;      // counts: drift of the black level
@@ -40,10 +41,16 @@ static struct blocks find_spill(const struct measure_frame *l)
     int *full = xcalloc((size_t)b.w * (size_t)b.h, sizeof *full);
     b.skip = xcalloc((size_t)b.w * (size_t)b.h, sizeof *b.skip);
     const int top = (int)(l->black + SPILL_FROM * (l->white - l->black));
-    for (int j = 0; j < l->h; j++)
-        for (int i = 0; i < l->w; i++)
-            if (l->raw[(size_t)j * (size_t)l->w + (size_t)i] >= top)
-                full[(size_t)(j / BLOCK) * (size_t)b.w + (size_t)(i / BLOCK)]++;
+    for (int j = 0; j < l->h; j++) {
+        const uint16_t *row = l->raw + (size_t)j * (size_t)l->w;
+        for (int i = 0; i < b.w; i++) {
+            const int end = i + 1 < b.w ? (i + 1) * BLOCK : l->w;
+            int n = 0;
+            for (int k = i * BLOCK; k < end; k++)
+                n += row[k] >= top;
+            full[(size_t)(j / BLOCK) * (size_t)b.w + (size_t)i] += n;
+        }
+    }
     for (int j = 0; j < b.h; j++)
         for (int i = 0; i < b.w; i++)
             for (int n = 0; n < 9; n++) {
@@ -61,37 +68,63 @@ struct table {
     struct sums at[BANDS][LEVELS];
 };
 
-static void add_row(struct sums level[LEVELS], const uint16_t *s, const uint16_t *l, int w,
-                    const bool *skip, double s_black, double l_black, double from, double to)
+struct counts { // sums of counts, black and all: whole numbers
+    uint64_t s, l, ss, sl, ll, n;
+};
+
+static void add_row(struct counts level[LEVELS], const uint16_t *s, const uint16_t *l, int w,
+                    const bool *skip, const uint8_t *level_of, int to)
 {
     for (int i = 0; i < w; i++) {
-        const double x = s[i] - s_black, y = l[i] - l_black;
-        if (skip[i / BLOCK] || y > to)
+        const uint32_t x = s[i], y = l[i];
+        if (skip[i / BLOCK] || (int)y > to)
             continue;
-        int k = 0;
-        for (double least = from; k < LEVELS - 1 && x + y < least; least /= 2)
-            k++;
-        struct sums *t = &level[k];
+        struct counts *t = &level[level_of[x + y]];
         t->s += x;
         t->l += y;
-        t->ss += x * x;
-        t->sl += x * y;
-        t->ll += y * y;
+        t->ss += (uint64_t)x * x;
+        t->sl += (uint64_t)x * y;
+        t->ll += (uint64_t)y * y;
         t->n++;
     }
+}
+
+static struct sums without_black(const struct counts *c, double s, double l)
+{
+    const double n = (double)c->n, cs = (double)c->s, cl = (double)c->l;
+    return (struct sums){.s = cs - n * s,
+                         .l = cl - n * l,
+                         .ss = (double)c->ss - 2 * s * cs + n * s * s,
+                         .sl = (double)c->sl - s * cl - l * cs + n * s * l,
+                         .ll = (double)c->ll - 2 * l * cl + n * l * l,
+                         .n = c->n};
 }
 
 static void sum_up(const struct measure_frame *s, const struct measure_frame *l,
                    const struct blocks *spill, struct table *t)
 {
     const double full = l->white - l->black;
-    *t = (struct table){0};
+    uint8_t *level_of = xcalloc(2 * 65536, 1);
+    struct counts(*c)[LEVELS] = xcalloc(BANDS, sizeof *c);
+    for (int v = 0; v < 2 * 65536; v++)
+        for (double least = WELL_FROM * full;
+             level_of[v] < LEVELS - 1 && v - s->black - l->black < least; least /= 2)
+            level_of[v]++;
+    // A large picture says enough in some of its rows: pairs of them, for Bayer's sake.
+    const double pixels = (double)l->w * l->h;
+    const int every = (int)fmax(1, fmin(pixels / ENOUGH_PIXELS, l->h / (16.0 * BANDS)));
     for (int j = 0; j < l->h; j++) {
         const size_t row = (size_t)j * (size_t)l->w;
-        add_row(t->at[(long)j * BANDS / l->h], s->raw + row, l->raw + row, l->w,
-                spill->skip + (size_t)(j / BLOCK) * (size_t)spill->w, s->black, l->black,
-                WELL_FROM * full, WELL_TO * full);
+        if (j / 2 % every == 0)
+            add_row(c[(long)j * BANDS / l->h], s->raw + row, l->raw + row, l->w,
+                    spill->skip + (size_t)(j / BLOCK) * (size_t)spill->w, level_of,
+                    (int)(l->black + WELL_TO * full));
     }
+    for (int b = 0; b < BANDS; b++)
+        for (int k = 0; k < LEVELS; k++)
+            t->at[b][k] = without_black(&c[b][k], s->black, l->black);
+    free(c);
+    free(level_of);
 }
 
 // What is left of pixels' sums when the black level is where `dark` ones are in the mean.
@@ -270,19 +303,18 @@ static bool is_noisy(const uint16_t *row, int w)
 bool measure_same_rows(const struct measure_frame *a, const struct measure_frame *b, int *first,
                        int *last)
 {
-    int noisy = 0, same = 0;
+    int other = 0;
     *first = *last = -1;
     if (a->w != b->w || a->h != b->h)
         return false;
     for (int j = 0; j < a->h; j++) {
-        const uint16_t *row = a->raw + (size_t)j * (size_t)a->w;
-        if (!is_noisy(row, a->w))
-            continue;
-        noisy++;
-        if (memcmp(row, b->raw + (size_t)j * (size_t)a->w, (size_t)a->w * sizeof *row) != 0)
-            continue;
-        *first = same++ ? *first : j;
-        *last = j;
+        const size_t at = (size_t)j * (size_t)a->w;
+        if (memcmp(a->raw + at, b->raw + at, (size_t)a->w * sizeof *a->raw) != 0) {
+            other++;
+        } else if (is_noisy(a->raw + at, a->w)) {
+            *first = *first < 0 ? j : *first;
+            *last = j;
+        }
     }
-    return noisy && same == noisy;
+    return !other && *first >= 0;
 }

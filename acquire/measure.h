@@ -42,6 +42,6 @@ struct measure_level {
 void measure_level(const struct measure_frame *f, struct measure_level *out);
 
 // Noise never repeats: rows with the very counts of another frame are its rows. *first and *last of
-// them, -1: there are none. True when they are all the rows that have noise.
+// them, -1: there are none. True when no row differs.
 bool measure_same_rows(const struct measure_frame *a, const struct measure_frame *b, int *first,
                        int *last);

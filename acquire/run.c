@@ -183,7 +183,7 @@ static void keep(struct run *r, int64_t now, struct run_output *out)
         r->metering = true;
     } else {
         struct item *t = &r->steps.item[r->current];
-        t->state = STEP_KEEPING;
+        steps_set(&r->steps, r->current, STEP_KEEPING);
         t->attempts++;
         t->was_changed = r->changed && !r->caps->settle && !r->extra_settle;
         r->keeping++;

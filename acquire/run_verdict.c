@@ -17,7 +17,7 @@ static void kept_good(struct run *r, struct item *t, const struct run_event *ev,
                       struct run_output *out)
 {
     const int other = steps_of_frame(&r->steps, ev->against);
-    t->state = STEP_GOOD;
+    steps_set(&r->steps, ev->step, STEP_GOOD);
     t->id = ev->id;
     t->agreed = other >= 0 && ev->measured_sigma < TELLING_SIGMA;
     if (t->agreed)
@@ -39,7 +39,7 @@ static void revoke(struct run *r, int step, const struct run_event *ev, struct r
     a->verdict = "wrong-light";
     snprintf(a->text, sizeof a->text, "shots of step %d agree with each other, not with it",
              ev->step);
-    t->state = STEP_OPEN;
+    steps_set(&r->steps, step, STEP_OPEN);
     t->attempts = 0;
     t->revokes++;
 }
@@ -48,10 +48,10 @@ static void revoke_group(struct run *r, int group, const char *why, struct run_o
 {
     bool any = false;
     for (int k = 0; k < r->steps.n; k++) {
-        struct item *t = &r->steps.item[k];
+        const struct item *t = &r->steps.item[k];
         if (t->step.group != group || t->state != STEP_GOOD)
             continue;
-        t->state = STEP_OPEN;
+        steps_set(&r->steps, k, STEP_OPEN);
         any = true;
     }
     if (!any)
@@ -80,7 +80,7 @@ static void kept_bad(struct run *r, struct item *t, const struct run_event *ev,
     const int other = steps_of_frame(&r->steps, ev->against);
     const bool wrong =
         !strcmp(ev->verdict, "wrong-light") || !strcmp(ev->verdict, "wrong-exposure");
-    t->state = STEP_OPEN;
+    steps_set(&r->steps, ev->step, STEP_OPEN);
     t->was_wrong = wrong && t->was_changed;
     r->steps.cursor = ev->step;
     r->careful = true;

@@ -10,9 +10,10 @@ void steps_init(struct steps *s, const struct plan *plan, const struct rig *rig,
     *s = (struct steps){.plan = plan, .rig = rig, .caps = caps};
     s->n_groups = plan_groups(plan, rig, &s->group);
     s->item = xcalloc((size_t)n + 1, sizeof *s->item);
-    for (; s->n < n; s->n++)
-        s->item[s->n] =
-            (struct item){.step = step[s->n], .state = done[s->n] ? STEP_GOOD : STEP_OPEN};
+    for (; s->n < n; s->n++) {
+        s->item[s->n] = (struct item){.step = step[s->n]};
+        steps_set(s, s->n, done[s->n] ? STEP_GOOD : STEP_OPEN);
+    }
 }
 
 void steps_finish(struct steps *s)
@@ -22,22 +23,29 @@ void steps_finish(struct steps *s)
     *s = (struct steps){0};
 }
 
+void steps_set(struct steps *s, int index, enum step_state state)
+{
+    struct item *t = &s->item[index];
+    s->n_good += (state == STEP_GOOD) - (t->state == STEP_GOOD);
+    t->state = state;
+}
+
+// Steps of a group lie together, and mostly the next one is just behind the cursor: a capture of
+// many thousand frames must not look at all of them for each.
 static int next_in_group(const struct steps *s, int group, bool *busy)
 {
-    int first = -1, after = -1;
-    for (int k = 0; k < s->n; k++) {
-        const struct item *t = &s->item[k];
-        if (t->step.group != group)
-            continue;
-        *busy |= t->state == STEP_KEEPING;
-        if (t->state != STEP_OPEN)
-            continue;
-        if (first < 0)
-            first = k;
-        if (after < 0 && k >= s->cursor)
-            after = k;
+    int first = s->cursor;
+    for (int k = s->cursor; k < s->n && s->item[k].step.group == group; k++)
+        if (s->item[k].state == STEP_OPEN)
+            return k;
+    while (first > 0 && s->item[first - 1].step.group == group)
+        first--;
+    for (int k = first; k < s->n && s->item[k].step.group == group; k++) {
+        if (s->item[k].state == STEP_OPEN)
+            return k;
+        *busy |= s->item[k].state == STEP_KEEPING;
     }
-    return after >= 0 ? after : first;
+    return -1;
 }
 
 int steps_next(const struct steps *s, bool *busy)
@@ -56,14 +64,8 @@ int steps_next(const struct steps *s, bool *busy)
 
 const struct plan_group *steps_unplanned(const struct steps *s)
 {
-    for (int g = 0; g < s->n_groups; g++) {
-        bool has = false;
-        for (int k = 0; k < s->n && !has; k++)
-            has = s->item[k].step.group == g;
-        if (!has)
-            return &s->group[g];
-    }
-    return NULL;
+    const int next = s->n ? s->item[s->n - 1].step.group + 1 : 0; // they are planned in order
+    return next < s->n_groups ? &s->group[next] : NULL;
 }
 
 void steps_add(struct steps *s, const struct plan_group *g, const int64_t *exposure_ns, int n)
@@ -98,16 +100,16 @@ void steps_add_darks(struct steps *s, const struct plan_group *g)
 
 int steps_of_frame(const struct steps *s, int id)
 {
-    for (int k = 0; id && k < s->n; k++)
-        if (s->item[k].state == STEP_GOOD && s->item[k].id == id)
-            return k;
+    for (int k = s->n - 1; id && k >= 0; k--) {
+        const struct item *t = &s->item[(s->cursor + 1 + k) % s->n]; // from the cursor backwards
+        if (t->state == STEP_GOOD && t->id == id)
+            return (int)(t - s->item);
+    }
     return -1;
 }
 
 void steps_progress(const struct steps *s, int *done, int *planned)
 {
-    *done = 0;
+    *done = s->n_good;
     *planned = s->n;
-    for (int k = 0; k < s->n; k++)
-        *done += s->item[k].state == STEP_GOOD;
 }

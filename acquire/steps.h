@@ -2,9 +2,11 @@
 #pragma once
 #include "acquire/plan.h"
 
+enum step_state { STEP_OPEN, STEP_KEEPING, STEP_GOOD };
+
 struct item {
     struct session_step step;
-    enum { STEP_OPEN, STEP_KEEPING, STEP_GOOD } state;
+    enum step_state state; // change it by steps_set()
     int attempts, revokes;
     int id;                // of the good frame
     int agreed;            // frames that the good one was found to agree with
@@ -18,7 +20,7 @@ struct steps {
     const struct rig *rig;
     const struct cam_caps *caps;
     struct plan_group *group; // [n_groups], owned
-    int n_groups, n;
+    int n_groups, n, n_good;
     struct item *item; // [n], owned
     int cursor;        // the step shot last, or the next one
 };
@@ -28,6 +30,8 @@ void steps_init(struct steps *s, const struct plan *plan, const struct rig *rig,
                 const struct cam_caps *caps, const struct session_step *step, const bool *done,
                 int n);
 void steps_finish(struct steps *s); // accepts a zeroed struct
+
+void steps_set(struct steps *s, int index, enum step_state state);
 
 // The next open step: first of the cursor's group, from the cursor on and round; then any other.
 // -1: none; *busy then tells that verdicts which may reopen steps of this group are due first.

@@ -13,8 +13,8 @@
 // A good frame, for others to be measured against. Pixels are read back when they are not at hand.
 struct known {
     int id, group;
-    int64_t exposure_ns;
-    double residual; // of a pair it was in; 0: none
+    int64_t step_ns, exposure_ns; // asked; exposed
+    double residual;              // of a pair it was in; 0: none
     char light[SESSION_NAME], filter[SESSION_NAME], path[64];
 };
 
@@ -24,7 +24,8 @@ struct writer {
     int fd;
     pthread_t thread;
 
-    struct known *known; // [n_known] of this group and the one before, owned
+    struct known
+        *known; // [n_known] the last of each exposure, this group and the one before; owned
     int n_known, next_id;
     struct dng last; // the frame stored last
     int last_id;
@@ -94,7 +95,8 @@ static void remember(struct writer *w, const struct session_frame *f, double res
         if (w->known[k].group != group)
             before = w->known[k].group;
     for (int k = 0; k < w->n_known; k++)
-        if (w->known[k].group == group || w->known[k].group == before)
+        if (w->known[k].group == group ? w->known[k].step_ns != f->step.exposure_ns
+                                       : w->known[k].group == before)
             w->known[kept++] = w->known[k];
     w->known = xrealloc(w->known, (size_t)kept + 1, sizeof *w->known);
     struct known *c = &w->known[kept];
@@ -102,6 +104,7 @@ static void remember(struct writer *w, const struct session_frame *f, double res
     *c = (struct known){.id = f->id,
                         .group = group,
                         .residual = residual,
+                        .step_ns = f->step.exposure_ns,
                         .exposure_ns = llround(session_exposure_s(f) * 1e9)};
     snprintf(c->light, sizeof c->light, "%s", f->step.light);
     snprintf(c->filter, sizeof c->filter, "%s", f->step.filter);

@@ -12,6 +12,7 @@ bool bokeh_read(struct sim_bokeh *b, struct ynode *root, struct err *e)
         .h = 1200,
         .radius_px = 470,
         .m_per_px = 80e-9,
+        .focus_per_m = 10,
         .turn_rad = M_PI / 2,
         .sigma_px = {2.8, 2.3, 1.9},
         .level = {0.4, 0.45, 0.5},
@@ -24,6 +25,7 @@ bool bokeh_read(struct sim_bokeh *b, struct ynode *root, struct err *e)
               !ymap_int(y, "height", Y_OPTIONAL, 16, 16384, &b->h, e) ||
               !ymap_num(y, "radius", Y_OPTIONAL, UNIT_PX, 4, 1e4, &b->radius_px, e) ||
               !ymap_num(y, "pixel", Y_OPTIONAL, UNIT_M, 1e-9, 1e-4, &b->m_per_px, e) ||
+              !ymap_num(y, "focus", Y_OPTIONAL, UNIT_NONE, 0.01, 1000, &b->focus_per_m, e) ||
               !ymap_num(y, "turn", Y_OPTIONAL, UNIT_RAD, -7, 7, &b->turn_rad, e) ||
               !ymap_num(y, "blur-red", Y_OPTIONAL, UNIT_PX, 0, 50, &b->sigma_px[0], e) ||
               !ymap_num(y, "blur-green", Y_OPTIONAL, UNIT_PX, 0, 50, &b->sigma_px[1], e) ||

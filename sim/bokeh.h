@@ -11,6 +11,7 @@ struct sim_bokeh {
     int w, h;
     double center_x, center_y, radius_px;
     double m_per_px;
+    double focus_per_m; // dioptres at which the highlight is this large; it grows with them
     double turn_rad;    // counter-clockwise
     double sigma_px[3]; // blur of red, green, blue
     double level[3];    // brightness of the channels at full height

@@ -3,6 +3,7 @@
 #include "sim/lab.h"
 #include "core/mem.h"
 #include <libgen.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,17 +28,22 @@ bool lab_open(struct lab *lab, const char *scene, const char *rig, struct err *e
         rig_finish(&r);
         return false;
     }
-    *lab = (struct lab){.rig = r, .scene = s};
+    *lab = (struct lab){.rig = r, .scene = s, .focus_per_m = NAN};
     return true;
+}
+
+static void drop_photos(struct lab *lab)
+{
+    for (int l = 0; l < LAB_LINES; l++)
+        for (int f = 0; f < LAB_POSITIONS; f++)
+            image_finish(&lab->shot[l][f]);
 }
 
 void lab_finish(struct lab *lab)
 {
     if (!lab)
         return;
-    for (int l = 0; l < LAB_LINES; l++)
-        for (int f = 0; f < LAB_POSITIONS; f++)
-            image_finish(&lab->shot[l][f]);
+    drop_photos(lab);
     rig_finish(&lab->rig);
     sim_scene_finish(&lab->scene);
 }
@@ -73,6 +79,15 @@ bool lab_band(const struct lab *lab, int line, int position, struct band *b, str
     return band_of_rig(b, &lab->rig, light, filter_at(&lab->rig, position), bayer, e);
 }
 
+void lab_focus(struct lab *lab, double focus_per_m)
+{
+    const bool same =
+        isnan(focus_per_m) ? isnan(lab->focus_per_m) : focus_per_m == lab->focus_per_m;
+    if (!same)
+        drop_photos(lab);
+    lab->focus_per_m = focus_per_m;
+}
+
 bool lab_photo(struct lab *lab, int line, int position, const struct image **out, struct err *e)
 {
     if (line < 0 || line >= LAB_LINES || position < -1 || position >= LAB_POSITIONS)
@@ -80,7 +95,7 @@ bool lab_photo(struct lab *lab, int line, int position, const struct image **out
     struct image *kept = &lab->shot[line][position < 0 ? LAB_POSITIONS - 1 : position];
     struct band b = {0};
     const bool ok = kept->px || (lab_band(lab, line, position, &b, e) &&
-                                 photo_pattern(&lab->scene, &b, kept, e));
+                                 photo_focused(&lab->scene, &b, lab->focus_per_m, kept, e));
     band_finish(&b);
     if (ok)
         *out = kept;

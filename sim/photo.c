@@ -89,6 +89,66 @@ bool photo_pattern(const struct sim_scene *s, const struct band *b, struct image
     return ok;
 }
 
+// The scene's bokeh at the size of the camera's picture, its disc grown with the focus.
+static struct sim_bokeh disc_at(const struct sim_scene *s, double focus_per_m)
+{
+    struct sim_bokeh d = s->bokeh;
+    const double fit = fmin((double)s->view.w / d.w, (double)s->view.h / d.h);
+    const double grow = fit * focus_per_m / d.focus_per_m;
+    d.center_x = 0.5 * (s->view.w - 1) + fit * (d.center_x - 0.5 * (d.w - 1));
+    d.center_y = 0.5 * (s->view.h - 1) + fit * (d.center_y - 0.5 * (d.h - 1));
+    d.w = s->view.w;
+    d.h = s->view.h;
+    d.radius_px *= grow;
+    d.m_per_px /= grow;
+    for (int c = 0; c < 3; c++)
+        d.sigma_px[c] *= grow;
+    return d;
+}
+
+// Which of red, green and blue a band is nearest to, for a sensor without colours.
+static int colour_of(const struct band *b)
+{
+    double mean_m = 0, sum = 0;
+    for (int k = 0; k < b->n; k++) {
+        mean_m += b->weight[3 * k] * b->lambda_m[k];
+        sum += b->weight[3 * k];
+    }
+    return mean_m > 580e-9 * sum ? 0 : mean_m > 490e-9 * sum ? 1 : 2;
+}
+
+static bool photo_disc(const struct sim_scene *s, const struct band *b, double focus_per_m,
+                       struct image *out, struct err *e)
+{
+    const struct sim_bokeh disc = disc_at(s, focus_per_m);
+    const int nc = s->sensor.bayer ? 3 : 1;
+    const double wall = b->irradiance / M_PI;
+    struct image rgb, im;
+    if (!bokeh_photo(&disc, &s->sample, &rgb, e))
+        return false;
+    const bool ok = image_init(&im, s->view.w, s->view.h, nc, e);
+    for (size_t k = 0; ok && k < (size_t)im.w * (size_t)im.h; k++)
+        for (int c = 0; c < nc; c++)
+            im.px[k * (size_t)nc + (size_t)c] =
+                (float)(wall * (double)rgb.px[3 * k + (size_t)(nc == 1 ? colour_of(b) : c)]);
+    image_finish(&rgb);
+    if (ok)
+        *out = im;
+    return ok;
+}
+
+bool photo_focused(const struct sim_scene *s, const struct band *b, double focus_per_m,
+                   struct image *out, struct err *e)
+{
+    if (isnan(focus_per_m) || !(focus_per_m > 0))
+        return photo_pattern(s, b, out, e);
+    if (focus_per_m >= 0.5 * s->bokeh.focus_per_m)
+        return photo_disc(s, b, focus_per_m, out, e);
+    struct sim_scene blurred = *s; // a disc's standard deviation is half its radius
+    blurred.view.defocus_px = hypot(s->view.defocus_px, 0.5 * disc_at(s, focus_per_m).radius_px);
+    return photo_pattern(&blurred, b, out, e);
+}
+
 bool photo_geometry(const struct sim_scene *s, struct image *out, struct err *e)
 {
     struct image im;

@@ -38,6 +38,7 @@ struct sim {
     struct world *world;
     double *seconds; // [LAYERS + 1][h] light of each layer by row, and of one too many
     uint64_t seq;
+    double focus_per_m;                // NAN: as it was found
     struct cam_shot asked[SETTLE + 1]; // the last shots, newest first: settings land `settle` late
     pthread_t thread;
     bool running;
@@ -77,6 +78,7 @@ static int collect_light(struct sim *s, const struct cam_frame *f, struct sensor
     const int64_t row_ns = s->base.caps.row_ns;
     int n = 0;
     world_read(s->world, &state);
+    lab_focus(&s->lab, f->focus_per_m);
     for (int line = 0; line < (state.has_lights ? LAB_LINES : 1); line++)
         for (int p = 0; p < (state.has_filters ? LAB_POSITIONS : 1); p++) {
             double *seconds = s->seconds + (size_t)n * (size_t)f->h, sum = 0;
@@ -158,6 +160,8 @@ static void fill_caps(struct sim *s)
     c->row_ns = llround(sensor->row_s * 1e9);
     c->dead_ns = s->dead_ns;
     c->settle = s->settle;
+    c->focus_max_per_m = 2 * s->lab.scene.bokeh.focus_per_m;
+    s->focus_per_m = NAN;
 }
 
 static bool check_lights(const struct lab *lab, struct err *e)
@@ -215,6 +219,8 @@ static bool sim_shoot(struct cam *cam, const struct cam_shot *shot, struct err *
         exposure = (exposure + c->exposure_step_ns / 2) / c->exposure_step_ns * c->exposure_step_ns;
     exposure = exposure < c->exposure_min_ns ? c->exposure_min_ns : exposure;
     exposure = exposure > c->exposure_max_ns ? c->exposure_max_ns : exposure;
+    if (!isnan(set->focus_per_m))
+        s->focus_per_m = fmax(c->focus_min_per_m, fmin(c->focus_max_per_m, set->focus_per_m));
     pthread_mutex_lock(&s->mutex);
     const bool full = s->waiting == QUEUE;
     if (!full)
@@ -224,7 +230,7 @@ static bool sim_shoot(struct cam *cam, const struct cam_shot *shot, struct err *
                       .shot = shot->id,
                       .exposure_ns = exposure,
                       .gain = fmax(c->gain_min, fmin(c->gain_max, set->gain)),
-                      .focus_per_m = NAN,
+                      .focus_per_m = s->focus_per_m,
                       .temperature_k = 303,
                       .w = c->w,
                       .h = c->h},

@@ -169,6 +169,18 @@ TEST(an_automatic_bracket_replays_with_its_metering)
     expect("session verify t", 0, "complete", "");
 }
 
+TEST(a_series_over_focus_is_captured_and_a_focus_out_of_reach_refused)
+{
+    put("plan.yaml", "name: p\nlights: [led]\nfilters: [blue]\nfocus: [0, 6, 10]\n"
+                     "exposures: [100ms, 400ms]\n");
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    expect("session show s --json", 0, "\"focus_per_m\": 10", "");
+    expect("hdr s --group 2 -o disc.pfm", 0, "", "");
+    put("plan.yaml", "name: p\nlights: [led]\nfocus: [30]\nexposures: [1ms]\n");
+    expect("capture --rig rig.yaml --plan plan.yaml -o t --dry-run", 3, "",
+           "focus 30 dioptres: camera simulated");
+}
+
 #define T(name) cmocka_unit_test_setup(name, setup)
 int main(void)
 {
@@ -179,6 +191,7 @@ int main(void)
         T(resume_refuses_another_plan),
         T(an_automatic_bracket_finds_its_exposures),
         T(an_export_checks_itself),
+        T(a_series_over_focus_is_captured_and_a_focus_out_of_reach_refused),
         T(an_interrupted_capture_is_partial_and_resumes),
         T(a_session_replays_byte_for_byte),
         T(an_automatic_bracket_replays_with_its_metering),

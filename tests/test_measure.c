@@ -134,12 +134,15 @@ TEST(every_verdict_has_its_cause)
         .start_ns = 5000000,
         .light_on_ns = 4900000,
         .light_off_ns = 7000000};
-    struct session_frame dark = fine, wrong = fine, gain = fine, missed = fine, small = fine;
+    struct session_frame focus = fine, dark = fine, wrong = fine, gain = fine, missed = fine,
+                         small = fine;
     dark.step.kind = SESSION_DARK;
     wrong.reported_ns = 2000000;
     gain.gain = 2;
     missed.light_off_ns = 6100000; // the last row ends at 6.239 ms
     small.w = 8;
+    focus.step.focus_per_m = 10;
+    focus.focus_per_m = 9.5;
     const struct judge_facts base = {.stale_first = -1, .caps = &caps, .level = &lit};
     struct judge_facts damaged = base, duplicate = base, agrees = base, disagrees = base,
                        uneven = base, black = base, stuck = base, torn = base;
@@ -167,6 +170,7 @@ TEST(every_verdict_has_its_cause)
         {&fine, &uneven, "uneven"},       {&missed, &base, "light-missed"},
         {&dark, &base, "not-dark"},       {&dark, &black, "good"},
         {&fine, &stuck, "same-filter"},   {&fine, &torn, "damaged"},
+        {&focus, &base, "wrong-focus"},
     };
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         struct session_frame f = *cases[k].f;

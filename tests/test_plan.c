@@ -49,14 +49,17 @@ static struct plan opened(const char *text)
 
 TEST(the_plans_that_ship_fit_the_default_rig)
 {
-    static const char *const names[] = {"bracket", "bokeh", "full"};
-    for (size_t k = 0; k < 3; k++) {
+    static const char *const names[] = {"bracket", "bokeh", "focus", "full"};
+    struct cam_caps with_focus = caps;
+    with_focus.focus_max_per_m = 20;
+    for (size_t k = 0; k < 4; k++) {
         char path[300];
         struct plan p;
         struct plan_report r;
         struct err e = {0};
         snprintf(path, sizeof path, SOURCE_DIR "/rigs/plans/%s.yaml", names[k]);
-        if (!plan_open(&p, path, &e) || !plan_check(&p, &rig, &caps, &lines, &wheel, 1e12, &r, &e))
+        if (!plan_open(&p, path, &e) ||
+            !plan_check(&p, &rig, &with_focus, &lines, &wheel, 1e12, &r, &e))
             fail_msg("%s", e.msg);
         assert_true(r.frames >= 9 && r.duration_s > 0 && r.bytes > r.frames * 16000);
         plan_finish(&p);

@@ -157,7 +157,7 @@ TEST(options_that_cannot_be_are_refused)
         {"sim:w=0", "camera sim: w=0: must be 1 to 1.638e+04"},
         {"sim:absent.yaml", "camera sim: absent.yaml: No such file or directory"},
         {"sim:noise=3", "camera sim: no option 'noise'; there are scene, rig, world, w, h, seed, "
-                        "realtime, grace"},
+                        "realtime, grace, settle, dead"},
     };
     for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
         struct err e = {0};

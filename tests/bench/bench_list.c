@@ -2,6 +2,7 @@
 #include "tests/bench/bench.h"
 #include <stddef.h>
 
+extern const struct bench bench_acquire;
 extern const struct bench bench_deconvolve;
 extern const struct bench bench_lut;
 extern const struct bench bench_tables;
@@ -11,6 +12,7 @@ extern const struct bench bench_render;
 extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
     &bench_sim,
+    &bench_acquire,
     &bench_lut,
     &bench_deconvolve,
     &bench_tables,
