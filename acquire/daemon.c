@@ -16,6 +16,7 @@ enum { MAX_CAPTURES = 8 };
 struct capture {
     struct daemon *daemon;
     int64_t id; // 0: free
+    uid_t uid;  // whose it is
     struct shooter *shooter;
     struct server_client *owner; // NULL: gone, or detached
     struct server_client *watcher[SERVER_CLIENTS];
@@ -123,6 +124,16 @@ static void sweep(void *ctx)
     check_idle(d);
 }
 
+// Who may connect may capture and look on; a capture is stopped by its own user, by the daemon's
+// and by root.
+static bool may(const struct server_client *from, uid_t owner, const char *what, struct err *e)
+{
+    const uid_t uid = server_uid(from);
+    return uid == owner || uid == getuid() || uid == 0 ||
+           err_set(e, ERR_DATA, "%s belongs to user %u, you are %u", what, (unsigned)owner,
+                   (unsigned)uid);
+}
+
 static struct capture *find(struct daemon *d, const struct rpc_message *m, struct err *e)
 {
     const int64_t id = rpc_int(m, "capture", 0);
@@ -195,16 +206,23 @@ static struct rpc_object *capture_start(struct daemon *d, struct server_client *
     }
     c->id = ++d->last_id;
     c->owner = from;
+    c->uid = server_uid(from);
     struct rpc_object *o = rpc_object();
     describe(c, o);
     return o;
 }
 
+static struct capture *find_own(struct daemon *d, const struct server_client *from,
+                                const struct rpc_message *m, struct err *e)
+{
+    struct capture *c = find(d, m, e);
+    return c && may(from, c->uid, "the capture", e) ? c : NULL;
+}
+
 static struct rpc_object *capture_pause(struct daemon *d, struct server_client *from,
                                         const struct rpc_message *m, struct err *e)
 {
-    struct capture *c = find(d, m, e);
-    (void)from;
+    struct capture *c = find_own(d, from, m, e);
     if (c)
         shooter_pause(c->shooter);
     return c ? rpc_object() : NULL;
@@ -213,8 +231,7 @@ static struct rpc_object *capture_pause(struct daemon *d, struct server_client *
 static struct rpc_object *capture_continue(struct daemon *d, struct server_client *from,
                                            const struct rpc_message *m, struct err *e)
 {
-    struct capture *c = find(d, m, e);
-    (void)from;
+    struct capture *c = find_own(d, from, m, e);
     if (c)
         shooter_continue(c->shooter);
     return c ? rpc_object() : NULL;
@@ -223,8 +240,7 @@ static struct rpc_object *capture_continue(struct daemon *d, struct server_clien
 static struct rpc_object *capture_abort(struct daemon *d, struct server_client *from,
                                         const struct rpc_message *m, struct err *e)
 {
-    struct capture *c = find(d, m, e);
-    (void)from;
+    struct capture *c = find_own(d, from, m, e);
     if (c)
         shooter_abort(c->shooter);
     return c ? rpc_object() : NULL;
@@ -278,9 +294,9 @@ static struct rpc_object *preview_open(struct daemon *d, struct server_client *f
 static struct rpc_object *daemon_end(struct daemon *d, struct server_client *from,
                                      const struct rpc_message *m, struct err *e)
 {
-    (void)from;
     (void)m;
-    (void)e;
+    if (!may(from, getuid(), "nacred", e))
+        return NULL;
     daemon_stop(d);
     return rpc_object();
 }

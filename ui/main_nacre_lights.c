@@ -1,11 +1,12 @@
 // main_nacre_lights.c - nacre-lights: holds the light lines of a rig and nothing else.
 //
 // Started by nacred with a socket as its standard input. With --off it only switches every line of
-// the rig off and ends: for ExecStopPost, and for people.
+// the rig off and ends: for people, and without a rig for ExecStopPost.
 #define _GNU_SOURCE
 #include "acquire/lights.h"
 #include "core/log.h"
 #include "ui/drivers.h"
+#include "ui/lights_record.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,10 +16,13 @@
 
 static const char help[] =
     "usage: nacre-lights --rig RIG [--run NAME] [--off]\n"
+    "       nacre-lights --off\n"
     "Holds the light lines of a rig for nacred, which talks to it on standard input.\n"
     "  --rig RIG   the rig file: lines and the longest time that each may be on\n"
     "  --run NAME  what @run in the rig's URIs becomes\n"
-    "  --off       switch all lines off and end\n";
+    "  --off       switch all lines off and end; without --rig: those of every nacre-lights that "
+    "a\n"
+    "              service has left behind (RUNTIME_DIRECTORY)\n";
 
 struct args {
     const char *rig, *run;
@@ -39,7 +43,7 @@ static bool parse(int argc, char **argv, struct args *a, struct err *e)
             return err_set(e, ERR_USAGE, "'%s' is not understood; see nacre-lights --help",
                            argv[k]);
     }
-    return a->rig || err_set(e, ERR_USAGE, "needs --rig RIG; see nacre-lights --help");
+    return a->rig || a->off || err_set(e, ERR_USAGE, "needs --rig RIG; see nacre-lights --help");
 }
 
 static bool serve(const struct args *a, struct err *e)
@@ -54,12 +58,22 @@ static bool serve(const struct args *a, struct err *e)
     if (ok) {
         char *uri = rig_uri(&rig, rig.lights_uri, a->run ? a->run : "");
         struct trig *t = trig_open(all_triggers, uri, e); // all lines off
+        char *record = a->off ? NULL : lights_record_begin(a->rig, a->run ? a->run : "");
         ok = t && (a->off || lights_serve(t, max_on_ns, STDIN_FILENO, e));
         trig_close(t);
+        if (ok)
+            lights_record_end(record);
+        else // a line that could not be switched off stays known
+            free(record);
         free(uri);
     }
     rig_finish(&rig);
     return ok;
+}
+
+static bool off(const char *rig, const char *run, struct err *e)
+{
+    return serve(&(struct args){.rig = rig, .run = run, .off = true}, e);
 }
 
 int main(int argc, char **argv)
@@ -70,7 +84,7 @@ int main(int argc, char **argv)
         fputs(help, stdout);
         return 0;
     }
-    if (parse(argc, argv, &a, &e) && serve(&a, &e))
+    if (parse(argc, argv, &a, &e) && (a.rig ? serve(&a, &e) : lights_record_each(off, &e)))
         return 0;
     char text[LIGHTS_MESSAGE]; // to whoever waits for "ready"; a person reads it on stderr
     snprintf(text, sizeof text, "fail %d %.400s", (int)e.code, e.msg);
