@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { N = RESPONSE_CODES };
+enum { N = RESPONSE_CODES, PART = 256 };
 
 struct pair {
     float num, den;
@@ -39,24 +39,33 @@ struct tables {
                                         // weights are no inverse variances
 };
 
-static void merge_row(const struct bracket *b, const struct response *r, const struct tables *t,
-                      const int shortest, enum hdr_method method, int j, struct pair *sum,
-                      struct hdr_out *o)
+// Adds a frame's codes [n] to the sums; n is a multiple of the channels.
+static void add_codes(const struct pair table[RESPONSE_CHANNELS][N], int nc, const uint8_t *code,
+                      int n, struct pair *sum)
 {
-    const size_t row = (size_t)j * (size_t)b->w * (size_t)b->nc;
-    const int nc = b->nc;
-    memset(sum, 0, (size_t)b->w * (size_t)nc * sizeof *sum);
-    for (int k = 0; k < b->n; k++) {
-        const uint8_t *code = b->code[k] + row;
+    for (int i = 0; i < n; i += nc)
         for (int c = 0; c < nc; c++) {
-            const struct pair *table = t->pair[k][c];
-            for (int i = c; i < b->w * nc; i += nc) {
-                sum[i].num += table[code[i]].num;
-                sum[i].den += table[code[i]].den;
-            }
+            const struct pair *p = &table[c][code[i + c]];
+            sum[i + c].num += p->num;
+            sum[i + c].den += p->den;
         }
-    }
-    for (int i = 0; i < b->w; i++)
+}
+
+// Pixels [from, to) of row j, few enough that their sums and a frame's tables stay in the nearest
+// cache.
+static void merge_part(const struct bracket *b, const struct response *r, const struct tables *t,
+                       const int shortest, enum hdr_method method, int j, int from, int to,
+                       struct hdr_out *o)
+{
+    const int nc = b->nc, n = (to - from) * nc;
+    const size_t at = ((size_t)j * (size_t)b->w + (size_t)from) * (size_t)nc;
+    struct pair sum[PART * RESPONSE_CHANNELS] = {0};
+    for (int k = 0; k < b->n; k++)
+        if (nc == 3) // the count as a constant: the loop unrolls
+            add_codes(t->pair[k], 3, b->code[k] + at, n, sum);
+        else
+            add_codes(t->pair[k], nc, b->code[k] + at, n, sum);
+    for (int i = 0; i < to - from; i++)
         for (int c = 0; c < nc; c++) {
             const struct pair s = sum[i * nc + c];
             if (s.den > 0) {
@@ -64,11 +73,11 @@ static void merge_row(const struct bracket *b, const struct response *r, const s
                 if (method == HDR_DEBEVEC)
                     v = expf(v);
                 const float relative2 = method == HDR_POISSON ? 1 / s.den : t->relative2[c];
-                hdr_out_set(o, i, j, c, v, v * v * relative2, HDR_MEASURED);
-            } else if (b->code[shortest][row + (size_t)(i * nc + c)] > r->code_max) {
-                hdr_out_set(o, i, j, c, t->bright[c], 0, HDR_SATURATED);
+                hdr_out_set(o, from + i, j, c, v, v * v * relative2, HDR_MEASURED);
+            } else if (b->code[shortest][at + (size_t)(i * nc + c)] > r->code_max) {
+                hdr_out_set(o, from + i, j, c, t->bright[c], 0, HDR_SATURATED);
             } else {
-                hdr_out_set(o, i, j, c, 0, 0, HDR_BLACK);
+                hdr_out_set(o, from + i, j, c, 0, 0, HDR_BLACK);
             }
         }
 }
@@ -96,14 +105,11 @@ bool hdr_merge_codes(const struct bracket *b, const struct response *r, enum hdr
         t.bright[c] = (float)(exp(r->log_x[c][r->code_max]) / b->time_s[shortest]);
         t.relative2[c] = (float)(sigma * sigma);
     }
-#pragma omp parallel
-    {
-        struct pair *sum = xcalloc((size_t)b->w * (size_t)b->nc, sizeof *sum);
-#pragma omp for schedule(static)
-        for (int j = 0; j < b->h; j++)
-            merge_row(b, r, &t, shortest, method, j, sum, &o);
-        free(sum);
-    }
+#pragma omp parallel for schedule(static)
+    for (int j = 0; j < b->h; j++)
+        for (int from = 0; from < b->w; from += PART)
+            merge_part(b, r, &t, shortest, method, j, from, from + PART < b->w ? from + PART : b->w,
+                       &o);
     free(t.pair);
     return hdr_out_take(&o, out, counts, e);
 }

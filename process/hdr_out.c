@@ -18,9 +18,6 @@ bool hdr_out_init(struct hdr_out *o, int w, int h, int nc, struct err *e)
         return false;
     meta_set_text(&o->im.meta, "channels", names[nc - 1]);
     o->state = xcalloc((size_t)h * 3, sizeof *o->state);
-    const size_t n = (size_t)w * (size_t)h, step = 2 * (size_t)nc + 1;
-    for (size_t k = 0; k < n; k++)
-        o->im.px[k * step + step - 1] = 1;
     return true;
 }
 

@@ -11,9 +11,9 @@ struct hdr_out {
     long *state; // [h][3] channels in each state, per row: counted without order
 };
 
-bool hdr_out_init(struct hdr_out *o, int w, int h, int nc, struct err *e); // mask all 1
+bool hdr_out_init(struct hdr_out *o, int w, int h, int nc, struct err *e);
 
-// Channels in order within a pixel; rows from any thread.
+// Channel 0 of a pixel first: it begins the mask. Rows from any thread.
 static inline void hdr_out_set(struct hdr_out *o, int i, int j, int c, float radiance,
                                float variance, enum hdr_state state)
 {
@@ -21,8 +21,7 @@ static inline void hdr_out_set(struct hdr_out *o, int i, int j, int c, float rad
     float *p = o->im.px + ((size_t)j * (size_t)o->im.w + (size_t)i) * (2 * nc + 1);
     p[c] = radiance;
     p[o->nc + c] = state == HDR_MEASURED ? variance : radiance * radiance;
-    if (state != HDR_MEASURED)
-        p[2 * nc] = 0;
+    p[2 * nc] = state == HDR_MEASURED && (c == 0 || p[2 * nc] > 0);
     o->state[3 * j + (int)state]++;
 }
 

@@ -156,16 +156,87 @@ static struct case_frames *ramp(double drift, uint64_t seed)
     return c;
 }
 
-TEST(a_drift_of_3_percent_per_frame_is_found_to_a_thousandth)
+// Half a million pixels of a ramp over 12 stops: what is left of the drift is 0.1 % and less.
+TEST(a_drift_of_3_percent_per_frame_is_removed_to_a_thousandth)
 {
-    struct case_frames *c = ramp(0.03, 11);
+    enum { BIG_W = 1024, BIG_H = 512 };
+    float *px[N];
+    struct err e;
+    uint64_t seed = 11;
+    for (int j = 0; j < N; j++) {
+        px[j] = sample_alloc((size_t)BIG_W * BIG_H, sizeof(float), "frame", &e);
+        for (int k = 0; k < BIG_W * BIG_H; k++) {
+            const double x = exp2(8 + 12.0 * (k % BIG_W) / BIG_W) * times[j] * pow(1.03, j);
+            const double noisy = x + sqrt(gain * x + read_noise * read_noise) * noise_gauss(&seed);
+            px[j][k] = (float)(noisy < full ? noisy : full);
+        }
+    }
+    const struct hdr_frames f = {.n = N,
+                                 .w = BIG_W,
+                                 .h = BIG_H,
+                                 .nc = 1,
+                                 .px = (const float *const *)px,
+                                 .time_s = times,
+                                 .saturation = full,
+                                 .noise = {read_noise * read_noise, gain}};
     double log_scale[N];
     int unlinked;
-    exposure_drift(&c->f, log_scale, &unlinked);
+    exposure_drift(&f, log_scale, &unlinked);
     assert_int_equal(unlinked, 0);
-    for (int j = 0; j < N; j++) // shot noise of some 300 shared samples a pair: 0.15 %
-        assert_near(log_scale[j] - log_scale[0], j * log(1.03), 4e-3);
+    for (int j = 0; j < N; j++)
+        assert_near(log_scale[j] - log_scale[0], j * log(1.03), 1e-3);
+    for (int j = 0; j < N; j++)
+        free(px[j]);
+}
+
+// Chance: the shortest frame of a faint pixel is far below its mean. That is no reason to take the
+// light of all others for spilled charge.
+TEST(a_low_sample_in_the_shortest_frame_does_not_drop_the_others)
+{
+    struct case_frames *c = frames_of(8000, 3);
+    c->px[4][0] = 5; // 31 +- 5 counts
+    struct image out;
+    struct hdr_counts counts;
+    struct err e;
+    assert_true(hdr_merge(&c->f, HDR_POISSON, &out, &counts, &e));
+    assert_near(out.px[0] / 8000, 1, 0.1);
+    image_finish(&out);
     free(c);
+}
+
+// Where a frame is about to saturate for some pixels of an even area and not for others, the mean
+// stays the truth and most of what the frame knows is kept.
+TEST(frames_at_the_brink_of_saturation_keep_their_information)
+{
+    for (int k = -3; k <= 3; k++) {
+        const double x = full + 40 * k, radiance = x / times[2], v = gain * x + 9;
+        double sum = 0, sum2 = 0, shorter = 0;
+        for (int j = 3; j < N; j++)
+            shorter += times[j] * times[j] / (gain * radiance * times[j] + 9);
+        const double z = (full - x) / sqrt(v), over = 0.5 * erfc(z / M_SQRT2);
+        const double phi = exp(-0.5 * z * z) / sqrt(2 * M_PI);
+        const double bound =
+            shorter + times[2] * times[2] / v * (1 - over - z * phi + phi * phi / over);
+        enum { RUNS = 8 };
+        for (int run = 0; run < RUNS; run++) {
+            struct case_frames *c = frames_of(radiance, (uint64_t)(100 * k + run + 1000));
+            struct image out;
+            struct hdr_counts counts;
+            struct err e;
+            assert_true(hdr_merge(&c->f, HDR_POISSON, &out, &counts, &e));
+            for (int i = 0; i < PIXELS; i++) {
+                const double d = (double)out.px[3 * i] / radiance - 1;
+                sum += d;
+                sum2 += d * d;
+            }
+            image_finish(&out);
+            free(c);
+        }
+        assert_near(sum / (RUNS * PIXELS), 0,
+                    5e-3); // 0.4 % at worst; left out by prediction: 0.6 %
+        // one sample does not reach the bound; without it the variance is up to four times as large
+        assert_true(sum2 / (RUNS * PIXELS) * radiance * radiance * bound < 1.9);
+    }
 }
 
 TEST(noise_is_found_from_the_bracket_alone)
@@ -238,7 +309,9 @@ TEST_MAIN(
     cmocka_unit_test(a_saturated_sample_never_pulls_a_pixel_down),
     cmocka_unit_test(a_pixel_saturated_in_every_frame_is_masked_and_holds_the_bound),
     cmocka_unit_test(scaling_all_exposure_times_scales_the_radiance),
-    cmocka_unit_test(a_drift_of_3_percent_per_frame_is_found_to_a_thousandth),
+    cmocka_unit_test(a_drift_of_3_percent_per_frame_is_removed_to_a_thousandth),
+    cmocka_unit_test(a_low_sample_in_the_shortest_frame_does_not_drop_the_others),
+    cmocka_unit_test(frames_at_the_brink_of_saturation_keep_their_information),
     cmocka_unit_test(noise_is_found_from_the_bracket_alone),
     cmocka_unit_test(printed_exposure_times_snap_to_the_stops_of_the_camera),
     cmocka_unit_test(a_red_spot_that_saturates_red_alone_keeps_its_true_red))

@@ -4,6 +4,7 @@
 
 extern const struct bench bench_acquire;
 extern const struct bench bench_deconvolve;
+extern const struct bench bench_hdr;
 extern const struct bench bench_lut;
 extern const struct bench bench_tables;
 extern const struct bench bench_sim;
@@ -13,6 +14,7 @@ extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
     &bench_sim,
     &bench_acquire,
+    &bench_hdr,
     &bench_lut,
     &bench_deconvolve,
     &bench_tables,
