@@ -3,6 +3,7 @@
 #include "process/env_separable.h"
 #include "core/mem.h"
 #include "process/env_blur.h"
+#include "process/env_turn.h"
 #include "process/table_cubic.h"
 #include <math.h>
 #include <stdlib.h>
@@ -68,30 +69,6 @@ void separable_axis(const struct factors *f, int filter, const struct frame *fra
     const struct vec3 a = v3_add(v3_scale(axis[0], frame->t), v3_scale(axis[1], frame->b));
     axis[0] = v3_dot(a, right);
     axis[1] = v3_dot(a, down);
-}
-
-void env_turn(const struct environment *env, const struct frame *turn, bool back, struct image *out)
-{
-    const int w = out->w;
-    double(*column)[2] = xcalloc((size_t)w, sizeof *column);
-    for (int i = 0; i < w; i++) {
-        const struct vec3 d = latlong_dir(i, .5 * out->h - .5, w, out->h); // on the equator
-        column[i][0] = d.x;
-        column[i][1] = d.z;
-    }
-#pragma omp parallel for
-    for (int j = 0; j < out->h; j++) {
-        const double th = M_PI * (j + .5) / out->h, s = sin(th), y = cos(th);
-        for (int i = 0; i < w; i++) {
-            const struct vec3 d = v3(s * column[i][0], y, s * column[i][1]);
-            double rgb[3];
-            environment_radiance(env, back ? frame_local(turn, d) : frame_world(turn, d), rgb);
-            float *px = out->px + ((size_t)j * (size_t)w + (size_t)i) * 3;
-            for (int c = 0; c < 3; c++)
-                px[c] = (float)rgb[c];
-        }
-    }
-    free(column);
 }
 
 static bool filter(const struct factors *f, int which, int rank, const struct separable *how,

@@ -43,7 +43,3 @@ bool separable_check(const struct separable *how, struct err *e);
 bool env_separable(const struct factors *f, const struct environment *env,
                    const struct frame *frame, const struct separable *how, struct image *out,
                    struct err *e);
-
-// Each pixel of out is the environment in the direction turned (or turned back).
-void env_turn(const struct environment *env, const struct frame *turn, bool back,
-              struct image *out);

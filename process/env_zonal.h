@@ -25,9 +25,13 @@ struct zonal {
     int degree, count, n; // count tables, n values of sqrt(q) from 0 to h_max
     double h_max;
     double *coef; // [count][n][degree + 1], owned; NULL when the one above is exact
-    double error; // largest found: of Z relative to Z or to Z(1)/1000, whichever is larger
+    double error; // largest found: relative to the weight or 1/1000 of the largest, whichever is
+                  // larger
 };
 
+// Tables over w: relative to the weight of the set's largest table, and with less strictness where
+// light and viewer both graze (w < 0.5), where 1/w^2 is no polynomial.
+//
 // The lowest degree whose error is at most `tolerance`; ERR_DATA names the best one that can be
 // had when none up to ZONAL_MOST is.
 bool zonal_fit(struct zonal *z, const struct table *t, const struct fresnel *f, double tolerance,

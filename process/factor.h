@@ -32,6 +32,7 @@ void factors_finish(struct factors *f); // accepts a zeroed struct
 
 // An .exr file: f0 above f1 if there is one, a row for each rank; the rest is metadata.
 bool factors_read(struct factors *f, const char *path, struct err *e);
+bool factors_is_file(const char *path); // says that it holds factors; false also when unreadable
 bool factors_write(const struct factors *f, const char *path, struct err *e); // .exr
 
 // The two lines through h = 0 with the most green, at least `apart` (radians) apart: angles to the

@@ -82,6 +82,16 @@ static bool read_filters(struct factors *f, const struct image *im, struct err *
     return true;
 }
 
+bool factors_is_file(const char *path)
+{
+    struct image im = {0};
+    struct err e = {0};
+    const bool is = !strcmp(path_ext(path), ".exr") && image_read(&im, path, &e) &&
+                    meta_text(&im.meta, "nacre.factors");
+    image_finish(&im);
+    return is;
+}
+
 bool factors_read(struct factors *f, const char *path, struct err *e)
 {
     struct image im = {0};

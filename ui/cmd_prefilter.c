@@ -31,7 +31,8 @@ struct args {
 
 #define AT(field) offsetof(struct args, field)
 static const struct opt opts[] = {
-    {"lut", OPT_FILE, AT(lut), "LUT", NULL, "the diffraction table", UNIT_NONE, true},
+    {"lut", OPT_FILE, AT(lut), "LUT", NULL,
+     "the diffraction table; separable: also the factors of nacre factor", UNIT_NONE, true},
     {"range", OPT_NUM, AT(range), "R", NULL, "range of a table whose file does not say (.pfm)"},
     {"power", OPT_INT, AT(power), "P", "1", "its power"},
     {"tangent", OPT_LIST, AT(tangent), "X,Y,Z", NULL, "tangent of the sample, in the world",
@@ -46,7 +47,7 @@ static const struct opt opts[] = {
      "of the Fresnel term and the weight of angles, relative (exact)"},
     {"products", OPT_INT, AT(products), "N", NULL,
      "the best so many in place of the tolerance, 1 to 16 (exact)"},
-    {"rank", OPT_INT, AT(rank), "R", "1", "products of the table (separable)"},
+    {"rank", OPT_INT, AT(rank), "R", "1", "products of the table; factors have theirs (separable)"},
     {"align", OPT_FLAG, AT(align), NULL, NULL,
      "turn the pattern's main directions into axes first (separable)"},
     {"passes", OPT_CHOICE, AT(passes), "2|4", "4",
@@ -96,7 +97,8 @@ static bool check(const struct args *a, struct err *e)
 struct job {
     const struct args *a;
     const struct environment *env;
-    const struct table *lut;
+    const struct table *lut;       // not read when there are factors
+    const struct factors *factors; // of a file, or NULL
     struct frame frame;
     struct fresnel fresnel;
 };
@@ -134,8 +136,10 @@ static bool blurs(const struct job *j, const struct factors *f, const struct sep
     }
     const bool on_gl = gl && (!strcmp(backend, "gl") || !env_gl_is_software());
     doc_text(d, "backend", on_gl ? gl_name() : "cpu");
+    const double start = now_s();
     const bool ok = on_gl ? env_gl_separable(f, j->env, &j->frame, how, out, e)
                           : env_separable(f, j->env, &j->frame, how, out, e);
+    doc_num(d, "blur_s", now_s() - start);
     gl_context_close(gl);
     return ok;
 }
@@ -143,18 +147,19 @@ static bool blurs(const struct job *j, const struct factors *f, const struct sep
 static bool separable(const struct job *j, struct doc *d, struct image *out, struct err *e)
 {
     const struct separable how = {j->a->size, j->a->taps, !strcmp(j->a->passes, "4")};
-    struct factors f = {0};
+    struct factors made = {0};
     if (j->fresnel.schlick)
         return err_set(e, ERR_DATA,
                        "--fresnel schlick: separable holds at normal incidence, where Fresnel is "
                        "constant");
-    if (!factor(&f, j->lut, j->a->rank, j->a->align, true, e))
+    if (!j->factors && !factor(&made, j->lut, j->a->rank, j->a->align, true, e))
         return err_in(e, "%s", j->a->lut);
-    const bool ok = blurs(j, &f, &how, d, out, e);
-    doc_text(d, "kind", factor_kind_names[f.kind]);
-    doc_int(d, "rank", f.rank);
-    doc_num(d, "rank_error", f.error[4 * (f.rank - 1) + 3]);
-    factors_finish(&f);
+    const struct factors *f = j->factors ? j->factors : &made;
+    const bool ok = blurs(j, f, &how, d, out, e);
+    doc_text(d, "kind", factor_kind_names[f->kind]);
+    doc_int(d, "rank", f->rank);
+    doc_num(d, "rank_error", f->error[4 * (f->rank - 1) + 3]);
+    factors_finish(&made);
     return ok;
 }
 
@@ -170,6 +175,14 @@ static bool filter(const struct job *j, struct doc *d, struct image *out, struct
         ok = exact(j, d, out, e);
     doc_num(d, "seconds", now_s() - start);
     return ok;
+}
+
+static bool read_factors(struct factors *f, const struct args *a, struct err *e)
+{
+    if (!strcmp(a->method, "separable"))
+        return factors_read(f, a->lut, e);
+    return err_set(e, ERR_DATA, "%s holds factors: --method %s needs the table itself", a->lut,
+                   a->method);
 }
 
 static void record(const struct args *a, const struct cli *cli, const struct frame *f,
@@ -192,17 +205,22 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     const struct args *a = args;
     struct environment env = {0};
     struct table t = {0};
+    struct factors f = {0};
     struct image out = {0};
-    struct job j = {a, &env, &t, .fresnel = {!strcmp(a->fresnel, "schlick"), a->r0}};
-    const bool ok = check(a, e) && read_frame(a, &j.frame, e) &&
-                    read_lut(&t, a->lut, a->range, a->power, e) &&
-                    studio_or_file(&env, cli->operand[0], e) && filter(&j, cli->doc, &out, e);
+    const bool factored = factors_is_file(a->lut);
+    struct job j = {a, &env, &t, factored ? &f : NULL,
+                    .fresnel = {!strcmp(a->fresnel, "schlick"), a->r0}};
+    const bool ok =
+        check(a, e) && read_frame(a, &j.frame, e) &&
+        (factored ? read_factors(&f, a, e) : read_lut(&t, a->lut, a->range, a->power, e)) &&
+        studio_or_file(&env, cli->operand[0], e) && filter(&j, cli->doc, &out, e);
     if (ok)
         record(a, cli, &j.frame, &out.meta);
     const bool written = ok && image_write(&out, a->out, e);
     if (written)
         doc_text(cli->doc, "output", a->out);
     image_finish(&out);
+    factors_finish(&f);
     table_finish(&t);
     environment_finish(&env);
     return written;
