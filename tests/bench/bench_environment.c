@@ -1,14 +1,17 @@
 // bench_environment.c - prefiltering: exact, separable and direct, time against error.
 #define _GNU_SOURCE
-#include "core/log.h"
+#include "tests/bench/bench_environment.h"
+#include "core/mem.h"
 #include "process/env_direct.h"
 #include "process/env_exact.h"
 #include "process/env_separable.h"
-#include "tests/bench/bench.h"
+#include "process/factor_lines.h"
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
 
-enum { NODES = 1024, POINTS = 64 };
+enum { NODES = 1024, POINTS = 64, JUDGED = 16, FRAMES = 100, SPOTS = 3 };
 
 struct job {
     struct environment env;
@@ -17,10 +20,11 @@ struct job {
     struct fresnel fresnel;
     struct env_how how;
     struct env_kernel kernel;
+    struct env_light light;
     struct factors factors;
     struct separable separable;
     struct image out;
-    double truth[POINTS][8];
+    double truth[POINTS][8]; // o_t, o_b, constant R, G, B, Schlick R, G, B
     int n;
 };
 
@@ -51,11 +55,20 @@ static bool cold(void *ctx, struct err *e)
            env_exact(&j->kernel, &j->env, &j->frame, NODES, &j->out, e);
 }
 
-static bool warm(void *ctx, struct err *e)
+static bool new_turn(void *ctx, struct err *e)
 {
     struct job *j = ctx;
     image_finish(&j->out);
     return env_exact(&j->kernel, &j->env, &j->frame, NODES, &j->out, e);
+}
+
+static bool new_table(void *ctx, struct err *e) // or a turn about the normal: light is kept
+{
+    struct job *j = ctx;
+    image_finish(&j->out);
+    env_kernel_finish(&j->kernel);
+    return env_kernel_init(&j->kernel, &j->lut, &j->fresnel, &j->how, e) &&
+           env_exact_map(&j->kernel, &j->light, NODES, &j->out, e);
 }
 
 static bool blurred(void *ctx, struct err *e)
@@ -65,94 +78,247 @@ static bool blurred(void *ctx, struct err *e)
     return env_separable(&j->factors, &j->env, &j->frame, &j->separable, &j->out, e);
 }
 
+// Directions all over the disk, out to the rim.
+static void spread(int n, double (*o)[2])
+{
+    for (int k = 0; k < n; k++) {
+        const double r = .99 * sqrt((k + .5) / n);
+        o[k][0] = r * cos(2.4 * k);
+        o[k][1] = r * sin(2.4 * k);
+    }
+}
+
 static bool judged(void *ctx, struct err *e)
 {
     struct job *j = ctx;
-    const double o[1][2] = {{j->truth[0][0], j->truth[0][1]}};
-    double rgb[1][3];
-    return env_direct(&j->lut, &j->fresnel, &j->env, &j->frame, 1, o, rgb, e);
+    double o[JUDGED][2], rgb[JUDGED][3];
+    spread(JUDGED, o);
+    return env_direct(&j->lut, &j->fresnel, &j->env, &j->frame, JUDGED, (const double(*)[2])o, rgb,
+                      e);
 }
 
-static double bilinear(const struct image *im, double x, double y, int c)
+// Lagrange cubic between nodes: bilinear reading would be most of the error.
+static void weights(double x, int n, int *first, double w[4])
 {
-    const int i = (int)floor(x), k = (int)floor(y);
-    const float *p = im->px + ((size_t)k * (size_t)im->w + (size_t)i) * 3 + c;
-    const float *q = p + 3 * im->w;
-    return (1 - y + k) * ((1 - x + i) * (double)p[0] + (x - i) * (double)p[3]) +
-           (y - k) * ((1 - x + i) * (double)q[0] + (x - i) * (double)q[3]);
+    *first = (int)fmax(0, fmin(n - 4, floor(x) - 1));
+    for (int k = 0; k < 4; k++) {
+        w[k] = 1;
+        for (int m = 0; m < 4; m++)
+            if (m != k)
+                w[k] *= (x - *first - m) / (k - m);
+    }
 }
 
-// Relative L2 against the truth; of the separable map where o is at most `cone` off the normal.
-static double error(const struct job *j, bool is_map, double cone)
+static double cubic(const struct image *im, double x, double y, int c)
 {
-    double wrong = 0, all = 0;
+    double wx[4], wy[4], sum = 0;
+    int i, j;
+    weights(x, im->w, &i, wx);
+    weights(y, im->h, &j, wy);
+    for (int q = 0; q < 16; q++)
+        sum +=
+            wx[q % 4] * wy[q / 4] *
+            (double)
+                im->px[((size_t)(j + q / 4) * (size_t)im->w + (size_t)(i + q % 4)) * 3 + (size_t)c];
+    return sum;
+}
+
+struct off {
+    double l2, worst; // relative
+};
+
+// Against truth.csv, where o is at most `cone` off the normal; of a lat-long map, or over o.
+static struct off error(const struct job *j, bool latlong, double cone)
+{
+    double wrong = 0, all = 0, worst = 0;
     for (int k = 0; k < j->n; k++) {
         const double *v = j->truth[k], on = sqrt(1 - v[0] * v[0] - v[1] * v[1]);
         double x = (v[0] + 1) / 2 * (NODES - 1), y = (v[1] + 1) / 2 * (NODES - 1);
         if (acos(on) > cone)
             continue;
-        if (is_map)
+        if (latlong)
             latlong_pixel(frame_world(&j->frame, v3(-v[0], -v[1], on)), j->out.w, j->out.h, &x, &y);
         for (int c = 0; c < 3; c++) {
             const double want = v[2 + c + (j->fresnel.schlick ? 3 : 0)];
-            const double d = bilinear(&j->out, x, y, c) - want;
+            const double d = cubic(&j->out, x, y, c) - want;
             wrong += d * d;
             all += want * want;
+            worst = fmax(worst, fabs(d / want));
         }
     }
-    return sqrt(wrong / all);
+    return (struct off){sqrt(wrong / all), worst};
 }
 
 static const char of_all[] = "relative L2, truth.csv";
 static const char of_near[] = "relative L2, o within 30 deg";
+static const double whole = 2, near = M_PI / 6;
 
-static bool exact_rows(struct bench_report *r, struct job *j, double *cold_s, struct err *e)
+struct compared { // seconds and errors that the figures are made of
+    double exact_s, exact_near, rank1_s, rank1_near;
+};
+
+static bool measure(struct bench_report *r, struct job *j, bool (*fn)(void *, struct err *),
+                    const char *method, const char *text, struct bench_time *t, struct err *e)
+{
+    if (!bench_measure(fn, j, t, e))
+        return false;
+    bench_row(r, method, text, *t, error(j, false, whole).l2, of_all);
+    return true;
+}
+
+static bool exact_rows(struct bench_report *r, struct job *j, struct compared *c, struct err *e)
 {
     static const int products[] = {1, 4, 6, 9, 12, 16};
+    static const char *const names[] = {"constant", "Schlick 1e-3"};
     struct bench_time t;
     char text[80];
     for (int s = 0; s < 2; s++) {
         j->fresnel = (struct fresnel){s == 1, .04};
         j->how = (struct env_how){.tolerance = 1e-3, .detail_rad = M_PI / j->env.map.h};
-        if (!bench_measure(cold, j, &t, e))
+        snprintf(text, sizeof text, "1024 nodes, %s, cold", names[s]);
+        if (!measure(r, j, cold, "exact", text, &t, e))
             return false;
-        snprintf(text, sizeof text, "1024 nodes, %s, cold", s ? "Schlick 1e-3" : "constant");
-        bench_row(r, "exact", text, t, error(j, false, 2), of_all);
+        const struct off off = error(j, false, whole);
+        snprintf(text, sizeof text, "exact, %s: worst value of truth.csv", names[s]);
+        bench_figure(r, text, 100 * off.worst, "%");
         if (!s)
-            *cold_s = t.wall_s;
-        if (!bench_measure(warm, j, &t, e))
+            *c = (struct compared){t.wall_s, error(j, false, near).l2, 0, 0};
+        snprintf(text, sizeof text, "1024 nodes, %s, a new turn", names[s]);
+        if (!measure(r, j, new_turn, "exact", text, &t, e))
             return false;
-        snprintf(text, sizeof text, "1024 nodes, %s, a new turn", s ? "Schlick 1e-3" : "constant");
-        bench_row(r, "exact", text, t, error(j, false, 2), of_all);
+        snprintf(text, sizeof text, "1024 nodes, %s, light kept", names[s]);
+        if (!env_light_init(&j->light, &j->kernel, &j->env, &j->frame, 0, 0, e) ||
+            !measure(r, j, new_table, "exact", text, &t, e))
+            return false;
+        env_light_finish(&j->light);
     }
     for (int k = 0; k < 6; k++) {
         j->how.products = products[k];
-        if (!bench_measure(cold, j, &t, e))
-            return false;
         snprintf(text, sizeof text, "1024 nodes, Schlick, %d products", products[k]);
-        bench_row(r, "products", text, t, error(j, false, 2), of_all);
+        if (!measure(r, j, cold, "products", text, &t, e))
+            return false;
     }
+    j->fresnel.schlick = false;
+    j->how.products = 0;
     return true;
 }
 
-static bool separable_rows(struct bench_report *r, struct job *j, double *rank1_s, struct err *e)
+// The reference table is one product; seen along axes 30 degrees off it needs many, and sample and
+// directions turned the other way make it the same case.
+static bool turned_rows(struct bench_report *r, const struct job *j, struct err *e)
 {
     static const int ranks[] = {1, 3, 11, 21};
+    const double angle = M_PI / 6, angles[2] = {angle, angle + M_PI / 2};
+    struct job t = {.env = j->env, .separable = {1536, 256, true}, .n = j->n};
+    struct aligned al;
+    char text[80];
+    bool ok = aligned_init(&al, &j->lut, angles, 0, e);
+    if (!ok)
+        return false;
+    const double c = cos(angle), s = sin(angle);
+    const struct frame *f = &j->frame;
+    t.frame = (struct frame){v3_add(v3_scale(c, f->t), v3_scale(s, f->b)),
+                             v3_add(v3_scale(-s, f->t), v3_scale(c, f->b)), f->n};
+    for (int k = 0; k < j->n; k++) {
+        const double *v = j->truth[k], o[2] = {c * v[0] + s * v[1], c * v[1] - s * v[0]};
+        memcpy(t.truth[k], v, sizeof t.truth[k]);
+        memcpy(t.truth[k], o, sizeof o);
+    }
+    for (int k = 0; k < (bench_quick(r) ? 2 : 4) && ok; k++) {
+        struct bench_time time;
+        factors_finish(&t.factors);
+        ok = factor(&t.factors, &al.t, ranks[k], false, false, e) &&
+             bench_measure(blurred, &t, &time, e);
+        snprintf(text, sizeof text, "%d wide, table turned 30 deg, rank %d", t.separable.width,
+                 ranks[k]);
+        if (ok)
+            bench_row(r, "separable", text, time, error(&t, true, near).l2, of_near);
+    }
+    aligned_finish(&al);
+    factors_finish(&t.factors);
+    image_finish(&t.out);
+    return ok;
+}
+
+static bool separable_rows(struct bench_report *r, struct job *j, struct compared *c, struct err *e)
+{
     struct bench_time t;
     char text[80];
-    j->fresnel.schlick = false;
-    for (int k = 0; k < (bench_quick(r) ? 1 : 4); k++) {
-        j->separable = (struct separable){bench_quick(r) ? 1536 : 3070, 256, true};
-        factors_finish(&j->factors);
-        if (!factor(&j->factors, &j->lut, ranks[k], false, false, e) ||
-            !bench_measure(blurred, j, &t, e))
+    j->separable = (struct separable){bench_quick(r) ? 1536 : 3070, 256, true};
+    if (!factor(&j->factors, &j->lut, 1, false, false, e) || !bench_measure(blurred, j, &t, e))
+        return false;
+    c->rank1_s = t.wall_s;
+    c->rank1_near = error(j, true, near).l2;
+    snprintf(text, sizeof text, "%d wide, 256 taps, rank 1", j->separable.width);
+    bench_row(r, "separable", text, t, c->rank1_near, of_near);
+    bench_figure(r, "separable rank 1, error over all of truth.csv", error(j, true, whole).l2, "");
+    return turned_rows(r, j, e);
+}
+
+static struct frame any_frame(int k)
+{
+    struct frame f;
+    const double y = 1 - 2 * (k + .5) / FRAMES, s = sqrt(1 - y * y);
+    frame_from(v3(sin(5 * k), cos(3 * k), .3), v3(s * cos(2.4 * k), y, s * sin(2.4 * k)), &f);
+    return f;
+}
+
+// Of exact against direct, one kernel for all frames, nodes of the map.
+static bool frames(struct bench_report *r, struct job *j, struct err *e)
+{
+    const int n = bench_quick(r) ? 5 : FRAMES;
+    double wrong = 0, all = 0, worst = 0, best = INFINITY, worst_value = 0;
+    struct env_kernel kernel;
+    if (!env_kernel_init(&kernel, &j->lut, &j->fresnel, &j->how, e))
+        return false;
+    for (int k = 0; k < n; k++) {
+        enum { SIDE = 129 };
+        double o[SPOTS][2], want[SPOTS][3], off = 0, sum = 0, peak = 0, most = 0;
+        const struct frame f = any_frame(k);
+        struct image map;
+        spread(SPOTS, o);
+        for (int q = 0; q < 2 * SPOTS; q++)
+            o[q / 2][q % 2] =
+                env_map_cosine((int)lround((o[q / 2][q % 2] + 1) / 2 * (SIDE - 1)), SIDE);
+        if (!env_direct(&j->lut, &j->fresnel, &j->env, &f, SPOTS, (const double(*)[2])o, want, e) ||
+            !env_exact(&kernel, &j->env, &f, SIDE, &map, e)) {
+            env_kernel_finish(&kernel);
             return false;
-        snprintf(text, sizeof text, "%d wide, 256 taps, rank %d", j->separable.width, ranks[k]);
-        bench_row(r, "separable", text, t, error(j, true, M_PI / 6), of_near);
-        if (!k)
-            *rank1_s = t.wall_s;
+        }
+        for (int q = 0; q < 3 * SPOTS; q++) {
+            const int x = (int)lround((o[q / 3][0] + 1) / 2 * (SIDE - 1));
+            const int y = (int)lround((o[q / 3][1] + 1) / 2 * (SIDE - 1));
+            const double d = (double)map.px[(y * SIDE + x) * 3 + q % 3] - want[q / 3][q % 3];
+            off += d * d;
+            sum += want[q / 3][q % 3] * want[q / 3][q % 3];
+            most = fmax(most, fabs(d));
+            peak = fmax(peak, want[q / 3][q % 3]);
+        }
+        wrong += off;
+        all += sum;
+        worst = fmax(worst, sqrt(off / sum));
+        best = fmin(best, sqrt(off / sum));
+        worst_value = fmax(worst_value, most / peak);
+        image_finish(&map);
     }
+    env_kernel_finish(&kernel);
+    bench_note(
+        r,
+        "exact against direct in %d frames, %d directions each: relative L2 %.1e, best frame "
+        "%.1e, worst frame %.1e; worst value %.1e of its frame's peak",
+        n, SPOTS, sqrt(wrong / all), best, worst, worst_value);
     return true;
+}
+
+static void figures(struct bench_report *r, const struct compared *c, double direct_s)
+{
+    char text[120];
+    snprintf(text, sizeof text, "direct (%d directions, times the nodes of the disk) / exact, cold",
+             JUDGED);
+    bench_figure(r, text, direct_s / JUDGED * M_PI / 4 * NODES * NODES / c->exact_s, "times");
+    bench_figure(r, "separable rank 1 / exact, cold", c->rank1_s / c->exact_s, "times");
+    bench_figure(r, "error of separable rank 1 / of exact, within 30 deg",
+                 c->rank1_near / c->exact_near, "times");
 }
 
 static bool run(struct bench_report *r, struct err *e)
@@ -163,16 +329,15 @@ static bool run(struct bench_report *r, struct err *e)
     }
     struct job j = {0};
     struct bench_time t = {0};
-    double exact_s = 0, rank1_s = 0;
-    const bool ok = read_case(&j, e) && exact_rows(r, &j, &exact_s, e) &&
-                    separable_rows(r, &j, &rank1_s, e) && bench_measure(judged, &j, &t, e);
-    if (ok) {
-        bench_figure(r, "direct / exact (one direction times the nodes of the disk)",
-                     t.wall_s * M_PI / 4 * NODES * NODES / exact_s, "times");
-        bench_figure(r, "separable rank 1 / exact, cold", rank1_s / exact_s, "times");
-    }
+    struct compared c = {0};
+    const bool ok = read_case(&j, e) && exact_rows(r, &j, &c, e) && separable_rows(r, &j, &c, e) &&
+                    bench_measure(judged, &j, &t, e) && frames(r, &j, e) && bench_one_core(r, e) &&
+                    bench_leading(r, &j.lut, e);
+    if (ok)
+        figures(r, &c, t.wall_s);
     image_finish(&j.out);
     env_kernel_finish(&j.kernel);
+    env_light_finish(&j.light);
     factors_finish(&j.factors);
     table_finish(&j.lut);
     environment_finish(&j.env);
