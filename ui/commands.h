@@ -15,6 +15,7 @@ extern const struct command cmd_tables;
 extern const struct command cmd_eval;
 extern const struct command cmd_export;
 extern const struct command cmd_factor;
+extern const struct command cmd_methods;
 extern const struct command cmd_prefilter;
 extern const struct command cmd_render;
 extern const struct command cmd_simulate;

@@ -18,6 +18,7 @@ static const struct command *const commands[] = {
     &cmd_export,
     &cmd_factor,
     &cmd_prefilter,
+    &cmd_methods,
     &cmd_render,
     &cmd_gallery,
     &cmd_simulate,
