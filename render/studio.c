@@ -69,5 +69,5 @@ bool studio_or_file(struct environment *env, const char *name, struct err *e)
     struct image map;
     if (strcmp(name, "studio"))
         return environment_read(env, name, e);
-    return studio_map(&map, 1024, e) && environment_take(env, &map, name, e);
+    return studio_map(&map, 512, e) && environment_take(env, &map, name, e);
 }

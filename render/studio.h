@@ -5,5 +5,5 @@
 
 bool studio_map(struct image *map, int h, struct err *e); // 2h x h, linear radiance
 
-// "studio", 1024 high, or a map's path.
+// "studio", 512 high, or a map's path.
 bool studio_or_file(struct environment *env, const char *name, struct err *e);

@@ -3,6 +3,7 @@
 // Each table and picture is one run of this program, whose words the page shows.
 #define _GNU_SOURCE
 #include "core/datapath.h"
+#include "core/infile.h"
 #include "core/log.h"
 #include "core/mem.h"
 #include "ui/child.h"
@@ -223,6 +224,23 @@ static char *picture_words(const struct gallery *g, const char *scene, const cha
     return words;
 }
 
+// The scene's file, to be opened below its picture.
+static bool show_scene(const struct gallery *g, const char *scene, struct html *h, struct err *e)
+{
+    char *path = xasprintf("%s/scenes/%s.yaml", g->rigs, scene);
+    size_t size;
+    char *text = infile_slurp(path, 1 << 20, &size, e);
+    if (text) {
+        fputs("<details><summary>scene</summary><pre>", h->f);
+        html_escape(h, text);
+        fputs("</pre></details>", h->f);
+    }
+    const bool ok = text || err_in(e, "%s", path);
+    free(text);
+    free(path);
+    return ok;
+}
+
 static bool make_figure(const struct gallery *g, const struct figure *f, struct html *h,
                         struct err *e)
 {
@@ -234,10 +252,10 @@ static bool make_figure(const struct gallery *g, const struct figure *f, struct 
                    *file = f->picture[k].file ? f->picture[k].file : scene;
         char *words = picture_words(g, scene, f->picture[k].more, file);
         char *png = xasprintf("%s.png", file);
-        ok = run_words(words, e);
         fputs("<div>", h->f);
         html_picture(h, png, f->picture[k].caption);
         html_command(h, words);
+        ok = run_words(words, e) && show_scene(g, scene, h, e);
         fputs("</div>", h->f);
         free(png);
         free(words);
