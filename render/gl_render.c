@@ -116,6 +116,12 @@ void gl_renderer_close(struct gl_renderer *r)
     free(r);
 }
 
+void gl_renderer_skip(struct gl_renderer *r, bool skip)
+{
+    for (int k = 0; k < r->n; k++)
+        r->object[k].tiles.whole = !skip;
+}
+
 struct light_block {
     float at[LIGHTS_MOST][4], power[LIGHTS_MOST][4];
 };

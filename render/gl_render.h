@@ -16,6 +16,9 @@ bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct e
 // (relight.h).
 bool gl_renderer_materials(struct gl_renderer *r, const struct scene *s, struct err *e);
 
+// false: leaves nothing out from here on, to see what that saves.
+void gl_renderer_skip(struct gl_renderer *r, bool skip);
+
 // Draws into a target: linear radiance, row 0 of the target is the picture's top row. The scene is
 // the one opened, in which camera, lights, positions, numbers of materials and the way
 // each diffracts may have changed.

@@ -3,6 +3,7 @@
 #include "render/tiles.h"
 #include "core/mem.h"
 #include <stdlib.h>
+#include <string.h>
 
 // The rays of a square's corners and centre (last), in the shape's coordinates.
 struct square {
@@ -191,6 +192,8 @@ void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, 
 {
     int box[4];
     shape_pixels(&s->camera, &o->shape, w, h, box);
+    if (t->whole)
+        memcpy(box, (const int[]){0, 0, w, h}, sizeof box);
     const int nx = (box[2] - box[0] + TILE_SIDE - 1) / TILE_SIDE;
     const int ny = (box[3] - box[1] + TILE_SIDE - 1) / TILE_SIDE;
     const size_t most = (size_t)nx * (size_t)ny;
@@ -214,9 +217,15 @@ void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, 
                             0,
                             0};
         const struct square q = rays_of(s, &o->shape, &tile, w, h);
-        if (flat && (misses_flat(&o->shape, eye, &q) || hidden(s, o, &q)))
+        if (flat && !t->whole && (misses_flat(&o->shape, eye, &q) || hidden(s, o, &q)))
             continue;
-        if (diffracts(t, s, o, &q, &tile))
+        bool full = diffracts(t, s, o, &q, &tile);
+        if (t->whole) {
+            full = o->material.diffraction != DIFFRACTION_NONE;
+            tile.first = 0;
+            tile.count = lights;
+        }
+        if (full)
             t->diffracting[t->n_diffracting++] = tile;
         else
             t->plain[t->n_plain++] = tile;

@@ -19,6 +19,7 @@ struct tiles {
     int n_diffracting, n_plain;
     unsigned char *far; // [n_far] numbers of lights, owned; begins with all of them in order
     int n_far;
+    bool whole; // leave nothing out, to see what it saves
 };
 
 void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, int w, int h);

@@ -11,6 +11,7 @@ libfftw3-dev liblapacke-dev libopenblas-dev
 libyaml-dev libjansson-dev libsqlite3-dev libssl-dev
 libegl-dev libgl-dev libegl1 libgl1-mesa-dri libepoxy-dev libcglm-dev
 libgpiod-dev libusb-1.0-0-dev libcamera-dev
+libglfw3-dev libimgui-dev fonts-dejavu-core xvfb
 libcmocka-dev
 "
 missing=""

@@ -123,7 +123,8 @@ static bool parse(int argc, char **argv, const struct command *cmd, void *args, 
             into = g;
         }
         if (!o)
-            return err_set(e, ERR_USAGE, "unknown option %s; see nacre %s --help", a, cmd->name);
+            return err_set(e, ERR_USAGE, "unknown option %s; see %s%s --help", a, cli_prefix(cmd),
+                           cmd->name);
         const char *value = equals ? equals + 1 : NULL;
         if (o->kind == OPT_FLAG && value)
             return err_set(e, ERR_USAGE, "--%s takes no value", o->name);
@@ -141,19 +142,21 @@ static bool parse(int argc, char **argv, const struct command *cmd, void *args, 
         return true;
     for (const struct opt *o = cmd->opts; o && o->name; o++)
         if (o->needed && !given[o - cmd->opts])
-            return err_set(e, ERR_USAGE, "needs %s%s %s; see nacre %s --help",
-                           o->name[1] ? "--" : "-", o->name, o->arg ? o->arg : "", cmd->name);
+            return err_set(e, ERR_USAGE, "needs %s%s %s; see %s%s --help", o->name[1] ? "--" : "-",
+                           o->name, o->arg ? o->arg : "", cli_prefix(cmd), cmd->name);
     if (cli->n < cmd->min_operands)
-        return err_set(e, ERR_USAGE, "needs %s; see nacre %s --help", cmd->operands, cmd->name);
+        return err_set(e, ERR_USAGE, "needs %s; see %s%s --help", cmd->operands, cli_prefix(cmd),
+                       cmd->name);
     if (cli->n > cmd->max_operands)
-        return err_set(e, ERR_USAGE, "'%s' is one operand too many; see nacre %s --help",
-                       cli->operand[cmd->max_operands], cmd->name);
+        return err_set(e, ERR_USAGE, "'%s' is one operand too many; see %s%s --help",
+                       cli->operand[cmd->max_operands], cli_prefix(cmd), cmd->name);
     if (g->threads < 0)
         return err_set(e, ERR_USAGE, "--threads: must be 0 or more");
     return true;
 }
 
-static int run(const struct command *cmd, int argc, char **argv)
+// The words that the command parses begin at argv[skip].
+static int run(const struct command *cmd, int argc, char **argv, int skip)
 {
     struct err e = {0};
     struct global g = {0};
@@ -163,8 +166,8 @@ static int run(const struct command *cmd, int argc, char **argv)
     void *args = xcalloc(1, cmd->args_size);
     cli.operand = xcalloc((size_t)argc, sizeof *cli.operand);
     cli.doc = doc_new();
-    bool ok =
-        set_defaults(args, cmd->opts, &e) && parse(argc - 2, argv + 2, cmd, args, &g, &cli, &e);
+    bool ok = set_defaults(args, cmd->opts, &e) &&
+              parse(argc - skip, argv + skip, cmd, args, &g, &cli, &e);
     if (ok && g.help) {
         cli_help_command(cmd, stdout);
     } else if (ok) {
@@ -195,7 +198,7 @@ int cli_main(int argc, char **argv, const struct command *const commands[])
     const char *name = argc > 1 ? argv[1] : "--help";
     for (const struct command *const *c = commands; *c; c++)
         if (!strcmp((*c)->name, name))
-            return run(*c, argc, argv);
+            return run(*c, argc, argv, 2);
     if (!strcmp(name, "--help") || !strcmp(name, "help") || !strcmp(name, "-h")) {
         cli_help(commands, stdout);
         return argc > 1 ? 0 : ERR_USAGE;
@@ -220,6 +223,19 @@ bool cli_degrees(const char *text, double *rad, struct err *e)
         return quantity_parse(text, UNIT_RAD, rad, e);
     *rad = degrees * M_PI / 180;
     return true;
+}
+
+int cli_program(int argc, char **argv, const struct command *cmd)
+{
+    if (argc == 2 && !strcmp(argv[1], "--version")) {
+        printf("%s " NACRE_VERSION "\n", cmd->name);
+        return 0;
+    }
+    if (argc == 2 && !strcmp(argv[1], "--completion")) {
+        cli_completion_program(cmd, stdout);
+        return 0;
+    }
+    return run(cmd, argc, argv, 1);
 }
 
 int cli_numbers(const char *text, enum unit unit, double *out, int max, struct err *e)

@@ -44,7 +44,7 @@ struct cli {
 };
 
 struct command {
-    const char *name, *summary;
+    const char *name, *summary; // "nacre-view": a program of its own, else "nacre NAME"
     const char *operands; // "PATTERN", "IMAGE...", "" for none, "[NAME...]"
     int min_operands, max_operands;
     const struct opt *opts; // ends with a zeroed one; -o is an option like any other
@@ -55,6 +55,8 @@ struct command {
 
 // Programs call this from main(): finds the command, parses, runs, prints error or document.
 int cli_main(int argc, char **argv, const struct command *const commands[]);
+// The same for a program that is one command, whose name is the program's.
+int cli_program(int argc, char **argv, const struct command *cmd);
 
 // "1,2.5,3" (each with a unit) into out[0..max): count, or -1 with ERR_USAGE.
 int cli_numbers(const char *text, enum unit unit, double *out, int max, struct err *e);

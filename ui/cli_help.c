@@ -22,9 +22,15 @@ static void print_opts(const struct opt *opts, FILE *to)
     }
 }
 
+const char *cli_prefix(const struct command *cmd)
+{
+    return strncmp(cmd->name, "nacre-", 6) ? "nacre " : "";
+}
+
 void cli_help_command(const struct command *cmd, FILE *to)
 {
-    fprintf(to, "nacre %s - %s\n\nusage: nacre %s%s%s [options]\n", cmd->name, cmd->summary,
+    const char *prefix = cli_prefix(cmd);
+    fprintf(to, "%s%s - %s\n\nusage: %s%s%s%s [options]\n", prefix, cmd->name, cmd->summary, prefix,
             cmd->name, *cmd->operands ? " " : "", cmd->operands);
     if (cmd->opts && cmd->opts->name) {
         fputs("\noptions\n", to);
@@ -87,4 +93,15 @@ void cli_completion(const struct command *const commands[], FILE *to)
     fputs("\" -- \"$cur\"))\n    else\n        COMPREPLY=($(compgen -f -- \"$cur\"))\n    fi\n}\n"
           "complete -o filenames -F _nacre nacre\n",
           to);
+}
+
+void cli_completion_program(const struct command *cmd, FILE *to)
+{
+    fprintf(to,
+            "# bash completion for %s: source <(%s --completion)\n"
+            "complete -o filenames -f -W \"",
+            cmd->name, cmd->name);
+    print_words(cmd->opts, to);
+    print_words(cli_global_opts, to);
+    fprintf(to, "\" %s\n", cmd->name);
 }

@@ -7,3 +7,7 @@ extern const struct opt cli_global_opts[];
 void cli_help(const struct command *const commands[], FILE *to);
 void cli_help_command(const struct command *cmd, FILE *to);
 void cli_completion(const struct command *const commands[], FILE *to); // a bash script
+void cli_completion_program(const struct command *cmd, FILE *to);      // of one that stands alone
+
+// What is typed before a command's name: "nacre ", or "" for a program of its own.
+const char *cli_prefix(const struct command *cmd);

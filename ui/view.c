@@ -1,0 +1,265 @@
+// view.c - the window's state: what is shown, and how events change it.
+#define _GNU_SOURCE
+#include "ui/view.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "render/display.h"
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const pane_kind_name[] = {"picture", "table", "material"};
+
+bool view_open(struct view *v, struct window *w, const struct view_options *o, struct err *e)
+{
+    *v = (struct view){.window = w,
+                       .scale = window_scale(w),
+                       .options = *o,
+                       .at = -1,
+                       .wanted = -1,
+                       .panels = true,
+                       .mouse = {.x = -1, .y = -1, .button = -1, .pane = -1},
+                       .stale = true};
+    if (!gl_check(e) || !show_gl_open(&v->show, e))
+        return false;
+    v->loader = worker_new(window_wake);
+    return true;
+}
+
+static void drop_contents(struct view *v)
+{
+    if (v->has_stage)
+        stage_close(&v->stage);
+    v->has_stage = v->has_spot = false;
+    image_finish(&v->picture);
+    v->picture = (struct image){0};
+    shown_finish(&v->picture_shown);
+    shown_finish(&v->table_shown);
+}
+
+void view_close(struct view *v)
+{
+    worker_free(v->loader);
+    drop_contents(v);
+    show_gl_close(v->show);
+    items_finish(&v->items);
+}
+
+void view_say(struct view *v, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(v->note, sizeof v->note, format, args);
+    va_end(args);
+    v->stale = true;
+}
+
+bool view_is_busy(struct view *v)
+{
+    return v->wanted >= 0 || worker_busy(v->loader) || v->turn_left > 0;
+}
+
+double view_patience(const struct view *v)
+{
+    return v->turn_left || gui_wants_frames() ? 0 : INFINITY;
+}
+
+static void load_next(struct view *v)
+{
+    struct err e;
+    if (v->wanted < 0 || worker_busy(v->loader))
+        return;
+    v->at = v->wanted;
+    v->wanted = -1;
+    v->params = &v->items.item[v->at]->params;
+    struct load *l = load_new(v->items.item[v->at], &v->options.scene, &e);
+    if (l)
+        worker_give(v->loader, load_run, l);
+    else
+        snprintf(v->trouble, sizeof v->trouble, "%s", e.msg);
+    v->stale = true;
+}
+
+void view_select(struct view *v, int item)
+{
+    if (item < 0 || item >= v->items.n || (item == v->at && v->wanted < 0))
+        return;
+    v->wanted = item;
+    v->note[0] = 0;
+    load_next(v);
+}
+
+bool view_add(struct view *v, const char *path, struct err *e)
+{
+    const int before = v->items.n;
+    if (!items_add(&v->items, path, e))
+        return false;
+    view_select(v, before);
+    v->stale = true;
+    return true;
+}
+
+const struct table *view_table(const struct view *v)
+{
+    const struct table *t = &v->stage.scene.object[0].material.table;
+    return v->has_stage && t->n ? t : NULL;
+}
+
+void view_choose_panes(struct view *v)
+{
+    const enum item_kind kind = v->items.item[v->at]->kind;
+    int n = 0;
+    if (v->picture.px)
+        v->pane[n++] = PANE_PICTURE;
+    if (view_table(v) && (kind != ITEM_SCENE || v->table_pane))
+        v->pane[n++] = PANE_TABLE;
+    if (v->has_stage)
+        v->pane[n++] = PANE_MATERIAL;
+    v->layout.n_panes = n;
+    for (int k = 0; k < PANES; k++)
+        v->fitted[k] = true;
+}
+
+static void show_table(struct view *v)
+{
+    const struct table *t = view_table(v);
+    if (!t)
+        return;
+    const struct image first = {.w = t->n, .h = t->n, .nc = 3, .px = t->tab};
+    v->table_shown.upwards = true;
+    v->table_shown.power = t->power;
+    shown_upload(&v->table_shown, &first);
+}
+
+// The exposure that suits the picture on top.
+double view_exposure(struct view *v)
+{
+    if (v->has_stage && !v->picture.px)
+        return v->stage.auto_exposure_ev;
+    struct image rgb = v->picture;
+    if (!rgb.px || rgb.nc != 3)
+        return v->picture_shown.peak > 0 ? -log2(v->picture_shown.peak) : 0;
+    return display_exposure(&rgb);
+}
+
+static bool take(struct view *v, struct load *l, struct err *e)
+{
+    if (!l->ok) {
+        *e = l->e;
+        return false;
+    }
+    struct item *it = v->items.item[v->at];
+    v->picture = l->picture;
+    l->picture = (struct image){0};
+    if (v->picture.px)
+        shown_upload(&v->picture_shown, &v->picture);
+    v->has_stage = l->scene.n_objects > 0;
+    if (v->has_stage && !stage_open(&v->stage, &l->scene, e))
+        return v->has_stage = false;
+    show_table(v);
+    if (it->visited)
+        return true;
+    it->visited = true;
+    if (v->has_stage) {
+        stage_params(&v->stage, v->params);
+        if (view_table(v) && !isnan(table_pitch(view_table(v))))
+            param_set(v->params, PARAM_PITCH, table_pitch(view_table(v)));
+    }
+    if (!v->has_stage || isnan(v->stage.scene.exposure_ev))
+        v->params->v[PARAM_EXPOSURE] = NAN; // chosen when it has been drawn
+    return true;
+}
+
+static void finish_load(struct view *v)
+{
+    struct load *l = worker_done(v->loader);
+    struct err e;
+    if (!l)
+        return;
+    drop_contents(v);
+    v->trouble[0] = 0;
+    if (!take(v, l, &e))
+        snprintf(v->trouble, sizeof v->trouble, "%s", e.msg);
+    load_free(l);
+    view_choose_panes(v);
+    v->stale = true;
+    load_next(v);
+}
+
+void view_tick(struct view *v)
+{
+    finish_load(v);
+    load_next(v);
+    if (gui_wants_frames())
+        v->stale = true;
+}
+
+static void draw_pane(struct view *v, int k, int high)
+{
+    const struct gui_rect r = v->layout.pane[k];
+    struct shown material, *s = v->pane[k] == PANE_TABLE ? &v->table_shown : &v->picture_shown;
+    if (v->pane[k] == PANE_MATERIAL) {
+        stage_show(&v->stage, &material, v->params);
+        s = &material;
+    }
+    if (v->fitted[k] || v->pane[k] == PANE_MATERIAL)
+        v->placing[k] = placing_fit(r, s->w, s->h);
+    show_gl_draw(v->show, s, &v->placing[k], r, high, v->params);
+}
+
+static void draw_panes(struct view *v, int high)
+{
+    struct err e;
+    for (int k = 0; k < v->layout.n_panes; k++) {
+        const struct gui_rect r = v->layout.pane[k];
+        if (v->pane[k] == PANE_MATERIAL &&
+            !stage_draw(&v->stage, v->params, (int)r.w, (int)r.h, &e)) {
+            snprintf(v->trouble, sizeof v->trouble, "%s", e.msg);
+            return;
+        }
+    }
+    if (isnan(v->params->v[PARAM_EXPOSURE])) {
+        v->params->v[PARAM_EXPOSURE] = 0;
+        param_set(v->params, PARAM_EXPOSURE, view_exposure(v));
+        undo_start(&v->items.item[v->at]->undo, v->params);
+    }
+    view_look(v);
+    for (int k = 0; k < v->layout.n_panes; k++)
+        draw_pane(v, k, high);
+}
+
+void view_draw(struct view *v)
+{
+    static double last_s;
+    int w, h;
+    const double start_s = now_s();
+    window_size(v->window, &w, &h);
+    layout_make(&v->layout, w, h, v->scale, v->panels, v->layout.n_panes);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, w, h);
+    glClearColor(0.045f, 0.047f, 0.05f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    if (v->params && !v->trouble[0] && v->layout.n_panes)
+        draw_panes(v, h);
+    gui_begin(w, h, start_s - last_s);
+    last_s = start_s;
+    view_over(v);
+    view_panels(v);
+    gui_end();
+    glFinish();
+    v->drawn_ms = 1e3 * (now_s() - start_s);
+    v->frames++;
+    v->stale = false;
+    if (v->params && v->mouse.button < 0 && !gui_is_held() && !isnan(v->params->v[PARAM_EXPOSURE]))
+        undo_note(&v->items.item[v->at]->undo, v->params);
+}
+
+int view_pane(const struct view *v, const char *name)
+{
+    for (int k = 0; k < v->layout.n_panes; k++)
+        if (!strcmp(pane_kind_name[v->pane[k]], name))
+            return k;
+    return -1;
+}

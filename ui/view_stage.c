@@ -1,0 +1,223 @@
+// view_stage.c - from parameters to a scene, from a scene to a picture.
+#define _GNU_SOURCE
+#include "ui/view_stage.h"
+#include "core/log.h"
+#include "core/mem.h"
+#include "render/display.h"
+#include "render/view.h"
+#include "ui/view_orbit.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static bool copy_image(struct image *to, const struct image *from, struct err *e)
+{
+    if (!image_init(to, from->w, from->h, from->nc, e))
+        return false;
+    memcpy(to->px, from->px,
+           (size_t)from->w * (size_t)from->h * (size_t)from->nc * sizeof *from->px);
+    return true;
+}
+
+bool stage_has(const struct stage *st, enum diffraction kind)
+{
+    const struct material *m = &st->scene.object[0].material;
+    const bool has[] = {true, m->table.n > 0, m->slits.n > 0, m->stam.spacing_um > 0};
+    return has[kind];
+}
+
+void stage_params(const struct stage *st, struct params *p)
+{
+    const struct material *m = &st->scene.object[0].material;
+    p->v[PARAM_KIND] = (double)m->diffraction;
+    p->v[PARAM_AGAINST] = DIFFRACTION_NONE;
+    for (int k = DIFFRACTION_KINDS - 1; k > 0; k--)
+        if (k != (int)m->diffraction && stage_has(st, (enum diffraction)k))
+            p->v[PARAM_AGAINST] = k;
+    p->v[PARAM_TABLES] = m->tables_used;
+    p->v[PARAM_GAIN] = m->gain;
+    p->v[PARAM_ROUGHNESS] = m->roughness;
+    if (m->slits.n)
+        p->v[PARAM_PITCH] = m->slits.pitch_m[0];
+    else if (m->stam.spacing_um > 0)
+        p->v[PARAM_PITCH] = m->stam.spacing_um * 1e-6;
+    if (!isnan(st->scene.exposure_ev))
+        p->v[PARAM_EXPOSURE] = st->scene.exposure_ev;
+}
+
+bool stage_open(struct stage *out, struct scene *s, struct err *e)
+{
+    struct stage st = {
+        .scene = *s, .camera = s->camera, .times = {.whole_ms = NAN}, .auto_exposure_ev = NAN};
+    *s = (struct scene){0};
+    st.light = xcalloc((size_t)st.scene.n_lights + 1, sizeof *st.light);
+    for (int k = 0; k < st.scene.n_lights; k++)
+        st.light[k] = st.scene.light[k];
+    if ((st.scene.surround && !copy_image(&st.room, &st.scene.surround->env.map, e)) ||
+        !gl_renderer_open(&st.renderer, &st.scene, e)) {
+        stage_close(&st);
+        return false;
+    }
+    *out = st;
+    return true;
+}
+
+void stage_close(struct stage *st)
+{
+    gl_renderer_close(st->renderer);
+    gl_target_finish(&st->target);
+    gl_target_finish(&st->other);
+    image_finish(&st->room);
+    free(st->light);
+    scene_finish(&st->scene);
+    *st = (struct stage){0};
+}
+
+bool stage_take_table(struct stage *st, struct table *t, struct err *e)
+{
+    struct material *m = &st->scene.object[0].material;
+    material_take_table(m, t, NAN);
+    image_finish(&st->scene.object[0].seen);
+    st->scene.object[0].seen = (struct image){0};
+    st->is_drawn = false;
+    return scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e) &&
+           gl_renderer_material(st->renderer, &st->scene, 0, e);
+}
+
+// The map turned and brightened, and all that objects show of it.
+static bool change_room(struct stage *st, const struct params *p, struct err *e)
+{
+    struct environment env = {0};
+    struct surround *around = st->scene.surround;
+    if (!around || !copy_image(&env.map, &st->room, e))
+        return !around;
+    const double start_s = now_s();
+    const bool shown = around->shown;
+    surround_finish(around);
+    surround_init(around, &env, exp2(p->v[PARAM_ROOM_EV]), p->v[PARAM_ROOM_TURN]);
+    around->shown = shown;
+    for (int k = 0; k < st->scene.n_objects; k++) {
+        image_finish(&st->scene.object[k].seen);
+        st->scene.object[k].seen = (struct image){0};
+    }
+    const bool ok =
+        scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e);
+    glFinish();
+    st->times.room_ms = 1e3 * (now_s() - start_s);
+    st->times.rooms++;
+    return ok;
+}
+
+static void place(struct stage *st, const struct params *p)
+{
+    struct scene *s = &st->scene;
+    struct material *m = &s->object[0].material;
+    s->camera = orbit_camera(&st->camera, p);
+    for (int k = 0; k < s->n_lights; k++)
+        s->light[k] = orbit_light(&st->light[k], &st->camera, p);
+    m->gain = p->v[PARAM_GAIN];
+    m->roughness = p->v[PARAM_ROUGHNESS];
+    m->tables_used = (int)p->v[PARAM_TABLES];
+}
+
+static enum diffraction allowed(const struct stage *st, double kind)
+{
+    return stage_has(st, (enum diffraction)kind) ? (enum diffraction)kind : DIFFRACTION_NONE;
+}
+
+static bool fit_target(struct gl_target *t, int w, int h, struct err *e)
+{
+    if (t->frame && t->w == w && t->h == h)
+        return true;
+    gl_target_finish(t);
+    return gl_target_init(t, w, h, e);
+}
+
+static bool draw_kind(struct stage *st, enum diffraction kind, const struct gl_target *t,
+                      struct err *e)
+{
+    st->scene.object[0].material.diffraction = kind;
+    return gl_renderer_draw(st->renderer, &st->scene, t, e);
+}
+
+static bool draw(struct stage *st, const struct params *p, struct err *e)
+{
+    const double start_s = now_s();
+    const enum diffraction kind = allowed(st, p->v[PARAM_KIND]);
+    if ((int)p->v[PARAM_COMPARE] != COMPARE_NONE &&
+        !(fit_target(&st->other, st->target.w, st->target.h, e) &&
+          draw_kind(st, allowed(st, p->v[PARAM_AGAINST]), &st->other, e)))
+        return false;
+    if (!draw_kind(st, kind, &st->target, e))
+        return false;
+    glFinish();
+    st->times.draw_ms = 1e3 * (now_s() - start_s);
+    st->times.draws++;
+    st->work = gl_renderer_work(st->renderer, &st->scene, &st->target);
+    return true;
+}
+
+bool stage_draw(struct stage *st, const struct params *p, int w, int h, struct err *e)
+{
+    const int cost = st->is_drawn ? params_differ(&st->drawn, p, NULL) : COST_DRAW;
+    if (cost >= COST_ROOM && !change_room(st, p, e))
+        return false;
+    if (cost < COST_DRAW && st->target.w == w && st->target.h == h)
+        return true;
+    place(st, p);
+    if (!fit_target(&st->target, w, h, e) || !draw(st, p, e))
+        return false;
+    st->drawn = *p;
+    st->is_drawn = true;
+    if (!isnan(st->auto_exposure_ev))
+        return true;
+    struct image im;
+    if (!stage_read(st, &im, e))
+        return false;
+    st->auto_exposure_ev = display_exposure(&im);
+    image_finish(&im);
+    return true;
+}
+
+bool stage_measure(struct stage *st, struct err *e)
+{
+    gl_renderer_skip(st->renderer, false);
+    const bool ok = draw(st, &st->drawn, e) && draw(st, &st->drawn, e);
+    gl_renderer_skip(st->renderer, true);
+    st->times.whole_ms = st->times.draw_ms;
+    return ok && draw(st, &st->drawn, e);
+}
+
+void stage_show(struct stage *st, struct shown *s, const struct params *p)
+{
+    const bool scaled =
+        (int)p->v[PARAM_LOOK] == LOOK_FALSE || (int)p->v[PARAM_COMPARE] == COMPARE_DIFFERENCE;
+    struct err ignored;
+    struct image im;
+    *s = (struct shown){.texture = st->target.color,
+                        .other = (int)p->v[PARAM_COMPARE] ? st->other.color : 0,
+                        .w = st->target.w,
+                        .h = st->target.h,
+                        .power = 1};
+    if (scaled && stage_read(st, &im, &ignored)) {
+        s->peak = view_peak(&im);
+        image_finish(&im);
+    }
+}
+
+void stage_pixel(const struct stage *st, int i, int j, double rgb[3])
+{
+    float px[3] = {0};
+    glBindFramebuffer(GL_FRAMEBUFFER, st->target.frame);
+    glReadPixels(i, j, 1, 1, GL_RGB, GL_FLOAT, px);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (double)px[c];
+}
+
+bool stage_read(const struct stage *st, struct image *out, struct err *e)
+{
+    const bool ok = gl_target_read(&st->target, out, e);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    return ok;
+}
