@@ -2,6 +2,7 @@
 #include "tests/test.h"
 
 #include "core/spectrum.h"
+#include "ui/pitch.h"
 #include "ui/view_inspect.h"
 
 static const double white[3] = {1.2048, 0.9484, 0.9087}; // of illuminant E
@@ -82,8 +83,24 @@ TEST(a_table_shows_value_sigma_and_pitch)
     assert_near(1e6 * s.pitch_m, 25, 0.2);
     assert_int_equal(s.order[0].m, 1);
     assert_false(spot_of_table(&s, &t, 0.11, 0));
-    assert_near(1e6 * table_pitch(&t), 25, 0.5);
+    assert_near(1e6 * pitch_of_table(&t), 25, 0.5);
     table_finish(&t);
+}
+
+// Orders of 25 um at 530 nm whose strengths differ a thousandfold, every third one strong.
+TEST(a_photographs_pattern_tells_its_pitch)
+{
+    struct lut_pattern p = {.w = 400, .h = 300, .h_per_px = 7.2e-4, .cx = 199.5, .cy = 150};
+    p.px = calloc((size_t)p.w * (size_t)p.h, sizeof *p.px);
+    const double step = 530e-9 / 25e-6 / p.h_per_px;
+    for (int j = 0; j < p.h; j++)
+        for (int i = 0; i < p.w; i++) {
+            const double m = round((i - p.cx) / step), x = i - p.cx - m * step, y = j - p.cy;
+            const double strength = (int)fabs(m) % 3 ? 1e-3 : 1;
+            p.px[j * p.w + i] = (float)(strength * exp(-(x * x + y * y) / 20 - fabs(m)));
+        }
+    assert_near(1e6 * pitch_of_pattern(&p, 530e-9), 25, 0.3);
+    free(p.px);
 }
 
 TEST(a_pixel_of_a_scene_has_the_half_vector_of_its_strongest_light)
@@ -115,4 +132,5 @@ TEST_MAIN(cmocka_unit_test(a_spectral_colour_over_white_has_its_wavelength),
           cmocka_unit_test(a_place_and_a_pitch_tell_the_orders_that_meet_there),
           cmocka_unit_test(a_place_between_the_rows_of_a_crossed_grating_is_of_no_order),
           cmocka_unit_test(a_table_shows_value_sigma_and_pitch),
+          cmocka_unit_test(a_photographs_pattern_tells_its_pitch),
           cmocka_unit_test(a_pixel_of_a_scene_has_the_half_vector_of_its_strongest_light))

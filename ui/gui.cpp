@@ -259,6 +259,10 @@ void gui_space(void)
 {
     ImGui::Spacing();
 }
+void gui_beside(void)
+{
+    ImGui::SameLine();
+}
 bool gui_press(const char *label)
 {
     return ImGui::Button(label);
@@ -291,7 +295,8 @@ bool gui_whole(const char *label, int *v, int lo, int hi)
 
 void gui_curve(const float *y, int n, float top, double high)
 {
-    ImGui::PlotHistogram("##curve", y, n, 0, nullptr, 0, top, ImVec2(-FLT_MIN, (float)high));
+    ImGui::PlotHistogram("##curve", y, n, 0, nullptr, 0, top,
+                         ImVec2(ImGui::GetContentRegionAvail().x, (float)high));
 }
 
 void gui_bar(double share, const char *label)

@@ -44,6 +44,7 @@ void gui_note(const char *text); // dim, wrapped
 void gui_warn(const char *text); // wrapped
 void gui_fact(const char *name, const char *value);
 void gui_space(void);
+void gui_beside(void); // the next one on the same line
 bool gui_press(const char *label);
 bool gui_check(const char *label, bool *on);
 bool gui_pick(const char *label, bool chosen); // a line of a list

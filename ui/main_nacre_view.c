@@ -76,6 +76,7 @@ static bool fill(struct view *v, const struct cli *cli, struct err *e)
 static bool run(const void *args_, struct cli *cli, struct err *e)
 {
     const struct args *a = args_;
+    log_quiet = true; // what matters is told in the window
     int w, h, end = 0;
     struct run script = {0};
     struct window *window = NULL;

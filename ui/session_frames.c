@@ -54,14 +54,14 @@ static bool choose(struct session_frame *frame, int *n, const struct session_cho
         frame[k] = frame[kept];
         frame[kept++] = move;
     }
-    *n = kept;
+    *n = c->first > 0 && c->first < kept ? c->first : kept;
     if (!groups)
         return err_set(e, ERR_DATA, "%s: no good frames of such a light, filter or group", folder);
     if (groups > 1)
         return err_set(e, ERR_DATA,
                        "%s: holds %d brackets: choose by --group, --filter or --light: %s", folder,
                        groups, list);
-    for (int k = 1; k < kept; k++)
+    for (int k = 1; k < *n; k++)
         if (frame[k].gain != frame[0].gain)
             return err_set(e, ERR_DATA, "%s: frames of different gain (%g and %g) in one bracket",
                            folder, frame[0].gain, frame[k].gain);

@@ -5,6 +5,7 @@
 struct session_choice {
     const char *light, *filter; // NULL: any
     int group;                  // -1: any
+    int first;                  // only so many of them, in the order they were taken; 0: all
 };
 
 bool is_session(const char *path); // a folder with a ledger in it

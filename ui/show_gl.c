@@ -55,7 +55,7 @@ static const char fragment[] =
     "        q.y = size.y - q.y;\n"
     "    if (zoom >= 1.0 && power == 1.0)\n"
     "        return texelFetch(from, ivec2(clamp(q, vec2(0.0), size - 1.0)), 0).rgb;\n"
-    "    return texture(from, q / size).rgb;\n"
+    "    return textureLod(from, q / size, max(0.0, -log2(zoom))).rgb;\n"
     "}\n"
     "vec3 heat(float value)\n"
     "{\n"
@@ -177,7 +177,7 @@ void show_gl_draw(const struct show_gl *g, const struct shown *s, const struct p
     gl_set1f(o, "zoom", at->zoom);
     gl_set1f(o, "power", s->power);
     gl_set1f(o, "upwards", s->upwards);
-    gl_set1f(o, "exposure", exp2(p->v[PARAM_EXPOSURE]));
+    gl_set1f(o, "exposure", exp2(p->v[PARAM_EXPOSURE] + s->ev));
     gl_set1f(o, "offset", p->v[PARAM_OFFSET]);
     gl_set1f(o, "decades", p->v[PARAM_DECADES]);
     gl_set1f(o, "peak", s->peak);

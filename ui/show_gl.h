@@ -19,6 +19,7 @@ struct shown {
     bool upwards; // row 0 is the lowest
     int power;    // of a table's nodes, else 1
     double peak;  // where the false colours end
+    double ev;    // stops on top of the parameters'
     double white; // from here on the sensor clips; 0: it is no sensor's
 };
 void shown_upload(struct shown *s, const struct image *im); // sizes, texture and peak

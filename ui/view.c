@@ -4,6 +4,7 @@
 #include "core/log.h"
 #include "core/mem.h"
 #include "render/display.h"
+#include "ui/pitch.h"
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -25,7 +26,7 @@ bool view_open(struct view *v, struct window *w, const struct view_options *o, s
     if (!gl_check(e) || !show_gl_open(&v->show, e))
         return false;
     v->loader = worker_new(window_wake);
-    return true;
+    return source_open(&v->source, o->connect, e);
 }
 
 static void drop_contents(struct view *v)
@@ -33,6 +34,7 @@ static void drop_contents(struct view *v)
     if (v->has_stage)
         stage_close(&v->stage);
     v->has_stage = v->has_spot = false;
+    source_hide(v);
     image_finish(&v->picture);
     v->picture = (struct image){0};
     shown_finish(&v->picture_shown);
@@ -42,6 +44,7 @@ static void drop_contents(struct view *v)
 void view_close(struct view *v)
 {
     worker_free(v->loader);
+    source_close(&v->source);
     drop_contents(v);
     show_gl_close(v->show);
     items_finish(&v->items);
@@ -58,12 +61,13 @@ void view_say(struct view *v, const char *format, ...)
 
 bool view_is_busy(struct view *v)
 {
-    return v->wanted >= 0 || worker_busy(v->loader) || v->turn_left > 0;
+    return v->wanted >= 0 || worker_busy(v->loader) || v->turn_left > 0 ||
+           source_is_busy(&v->source) || (v->has_stage && stage_is_busy(&v->stage, v->params));
 }
 
 double view_patience(const struct view *v)
 {
-    return v->turn_left || gui_wants_frames() ? 0 : INFINITY;
+    return v->turn_left || gui_wants_frames() ? 0 : source_patience(&v->source);
 }
 
 static void load_next(struct view *v)
@@ -122,7 +126,7 @@ void view_choose_panes(struct view *v)
         v->fitted[k] = true;
 }
 
-static void show_table(struct view *v)
+void view_show_table(struct view *v)
 {
     const struct table *t = view_table(v);
     if (!t)
@@ -131,12 +135,16 @@ static void show_table(struct view *v)
     v->table_shown.upwards = true;
     v->table_shown.power = t->power;
     shown_upload(&v->table_shown, &first);
+    v->table_ev = display_exposure(&first);
 }
 
 // The exposure that suits the picture on top.
 double view_exposure(struct view *v)
 {
-    if (v->has_stage && !v->picture.px)
+    const enum item_kind kind = v->items.item[v->at]->kind;
+    if (kind != ITEM_SCENE && kind != ITEM_PICTURE)
+        return 0; // every pane by its own
+    if (v->has_stage)
         return v->stage.auto_exposure_ev;
     struct image rgb = v->picture;
     if (!rgb.px || rgb.nc != 3)
@@ -158,17 +166,20 @@ static bool take(struct view *v, struct load *l, struct err *e)
     v->has_stage = l->scene.n_objects > 0;
     if (v->has_stage && !stage_open(&v->stage, &l->scene, e))
         return v->has_stage = false;
-    show_table(v);
+    view_show_table(v);
+    if ((it->kind == ITEM_SESSION || it->kind == ITEM_LIVE) && !source_show(v, it->path, e))
+        return false;
     if (it->visited)
         return true;
     it->visited = true;
     if (v->has_stage) {
         stage_params(&v->stage, v->params);
-        if (view_table(v) && !isnan(table_pitch(view_table(v))))
-            param_set(v->params, PARAM_PITCH, table_pitch(view_table(v)));
+        if (view_table(v) && !isnan(pitch_of_table(view_table(v))))
+            param_set(v->params, PARAM_PITCH, pitch_of_table(view_table(v)));
     }
-    if (!v->has_stage || isnan(v->stage.scene.exposure_ev))
+    if (it->kind != ITEM_SCENE || isnan(v->stage.scene.exposure_ev))
         v->params->v[PARAM_EXPOSURE] = NAN; // chosen when it has been drawn
+    it->first_ev = v->params->v[PARAM_EXPOSURE];
     return true;
 }
 
@@ -192,8 +203,25 @@ void view_tick(struct view *v)
 {
     finish_load(v);
     load_next(v);
+    source_tick(v);
+    if (v->has_stage && stage_tick(&v->stage, v->params))
+        v->stale = true;
     if (gui_wants_frames())
         v->stale = true;
+}
+
+// Stops on top of the exposure that is set: a scene's picture and a file are shown with just that;
+// where quantities of different kinds stand side by side, each with what suits it.
+static double pane_ev(const struct view *v, enum pane_kind pane)
+{
+    const struct item *it = v->items.item[v->at];
+    const bool scene = it->kind == ITEM_SCENE;
+    switch (pane) {
+    case PANE_TABLE: return v->table_ev - (scene ? it->first_ev : 0);
+    case PANE_MATERIAL: return scene ? 0 : v->stage.auto_exposure_ev;
+    case PANE_PICTURE: break;
+    }
+    return 0;
 }
 
 static void draw_pane(struct view *v, int k, int high)
@@ -204,6 +232,7 @@ static void draw_pane(struct view *v, int k, int high)
         stage_show(&v->stage, &material, v->params);
         s = &material;
     }
+    s->ev = pane_ev(v, v->pane[k]);
     if (v->fitted[k] || v->pane[k] == PANE_MATERIAL)
         v->placing[k] = placing_fit(r, s->w, s->h);
     show_gl_draw(v->show, s, &v->placing[k], r, high, v->params);
@@ -223,6 +252,7 @@ static void draw_panes(struct view *v, int high)
     if (isnan(v->params->v[PARAM_EXPOSURE])) {
         v->params->v[PARAM_EXPOSURE] = 0;
         param_set(v->params, PARAM_EXPOSURE, view_exposure(v));
+        v->items.item[v->at]->first_ev = v->params->v[PARAM_EXPOSURE];
         undo_start(&v->items.item[v->at]->undo, v->params);
     }
     view_look(v);

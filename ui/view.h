@@ -7,6 +7,7 @@
 #include "ui/view_item.h"
 #include "ui/view_keys.h"
 #include "ui/view_layout.h"
+#include "ui/view_source.h"
 #include "ui/view_stage.h"
 #include "ui/window.h"
 #include "ui/worker.h"
@@ -42,6 +43,9 @@ struct view {
     struct image picture;
     struct shown picture_shown, table_shown;
 
+    struct source source;
+    double table_ev; // exposure that suits the table
+
     struct layout layout;
     enum pane_kind pane[PANES];
     struct placing placing[PANES];
@@ -76,6 +80,7 @@ void view_draw(struct view *v);
 void view_say(struct view *v, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 void view_choose_panes(struct view *v);
+void view_show_table(struct view *v);                 // it has changed
 const struct table *view_table(const struct view *v); // of the sample; NULL: it has none
 double view_exposure(struct view *v);                 // stops that suit what is shown
 void view_look(struct view *v);                       // view_look.c: finds v->spot

@@ -57,17 +57,33 @@ static void shoot(struct view *v, bool whole)
         view_say(v, "%s", e.msg);
 }
 
+// The frames of a session, else the list.
+static void step_list(struct view *v, int by)
+{
+    if (v->source.on && !v->source.is_live && v->wanted < 0)
+        source_step(v, by);
+    else
+        view_select(v, (v->wanted >= 0 ? v->wanted : v->at) + by);
+}
+
 static void act_anywhere(struct view *v, enum action a, int which)
 {
     switch (a) {
     case ACTION_SELECT: view_select(v, which - 1); break;
-    case ACTION_NEXT: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) + 1); break;
-    case ACTION_PREVIOUS: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) - 1); break;
+    case ACTION_NEXT: step_list(v, 1); break;
+    case ACTION_PREVIOUS: step_list(v, -1); break;
+    case ACTION_LIST_NEXT: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) + 1); break;
+    case ACTION_LIST_PREVIOUS: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) - 1); break;
+    case ACTION_PLAY:
+        if (v->source.on)
+            source_play(v);
+        break;
     case ACTION_PANELS: v->panels = !v->panels; break;
     case ACTION_HELP: v->help = !v->help; break;
     case ACTION_ESCAPE:
         v->help = false;
         v->turn_left = 0;
+        v->source.playing = false;
         break;
     case ACTION_QUIT: v->quit = true; break;
     case ACTION_SCREENSHOT: shoot(v, true); break;

@@ -173,37 +173,3 @@ bool spot_of_scene(struct spot *s, const struct scene *scene, double x, double y
     scaled_sigma(s, &o->material, wi, wo);
     return true;
 }
-
-// Along a ray of the table the first order of 555 nm is where luminance peaks next after the
-// centre's lobe has fallen off.
-static double first_peak(const struct table *t, bool along_v, double *high)
-{
-    double y[400], best = 0;
-    const int n = 400;
-    int at = 0;
-    for (int k = 0; k < n; k++) {
-        double xyz[3], rgb[3];
-        const double r = t->range * k / (n - 1);
-        table_eval(t, along_v ? 0 : r, along_v ? r : 0, 2, 0, rgb);
-        rgb_to_xyz(rgb, xyz);
-        y[k] = xyz[1];
-    }
-    int k = 1;
-    while (k < n && y[k] <= y[k - 1]) // down the centre's lobe
-        k++;
-    for (; k + 1 < n; k++)
-        if (y[k] > best && y[k] >= y[k - 1] && y[k] >= y[k + 1]) {
-            best = y[k];
-            at = k;
-        }
-    *high = best;
-    return at ? 555e-9 / (t->range * at / (n - 1)) : NAN;
-}
-
-double table_pitch(const struct table *t)
-{
-    double high[2];
-    const double pitch[2] = {first_peak(t, false, &high[0]), first_peak(t, true, &high[1])};
-    const int best = high[1] > high[0];
-    return high[best] > 0 ? pitch[best] : NAN;
-}

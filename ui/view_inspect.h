@@ -41,7 +41,3 @@ bool spot_of_scene(struct spot *s, const struct scene *scene, double x, double y
 
 // The wavelength whose colour, mixed with `white`, has this chromaticity; NAN for purple and grey.
 double dominant_wavelength(const double rgb[3], const double white[3], double *purity);
-
-// The pitch of a table's grating by its brightest first order along u or v; NAN where none stands
-// out.
-double table_pitch(const struct table *t);

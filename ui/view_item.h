@@ -12,7 +12,8 @@ struct item {
     char *name; // owned, for people
     struct params params;
     struct undo undo;
-    bool visited; // params are a person's, no longer to be taken from the file
+    double first_ev; // exposure of a scene when it was first seen
+    bool visited;    // params are a person's, no longer to be taken from the file
 };
 
 struct items {

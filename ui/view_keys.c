@@ -16,6 +16,8 @@ const struct key keys[] = {
     {KEY_RIGHT, 0, ACTION_NEXT, "Left / Right",
      "previous / next of the list, or frame of a session"},
     {KEY_LEFT, 0, ACTION_PREVIOUS, NULL, NULL},
+    {KEY_DOWN, 0, ACTION_LIST_NEXT, "Up / Down", "previous / next of the list"},
+    {KEY_UP, 0, ACTION_LIST_PREVIOUS, NULL, NULL},
     {'C', 0, ACTION_FALSE_COLOR, "C", "false colour"},
     {'K', 0, ACTION_KIND, "K", "next kind of diffraction that the sample has"},
     {'D', 0, ACTION_COMPARE, "D", "compare: split screen, difference, off"},

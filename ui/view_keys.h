@@ -14,6 +14,8 @@ enum action {
     ACTION_SELECT, // which: the digit
     ACTION_NEXT,
     ACTION_PREVIOUS,
+    ACTION_LIST_NEXT,
+    ACTION_LIST_PREVIOUS,
     ACTION_FALSE_COLOR,
     ACTION_COMPARE,
     ACTION_KIND,

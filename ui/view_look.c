@@ -3,10 +3,11 @@
 #include "ui/view.h"
 #include <math.h>
 
-static const double *white_of(const struct view *v)
+// The colour that tells no wavelength: the light's, or a sensor's grey.
+static const double *white_of(const struct view *v, enum pane_kind pane)
 {
-    static const double one[3] = {1, 1, 1};
-    return v->has_stage ? v->stage.scene.light_color : one;
+    static const double grey[3] = {1, 1, 1};
+    return pane == PANE_PICTURE ? grey : v->stage.scene.light_color;
 }
 
 static void look_at_table(struct view *v, int pane)
@@ -39,6 +40,12 @@ static void look_at_picture(struct view *v, int pane)
     if (!v->has_spot)
         return;
     v->spot = (struct spot){.u = NAN, .v = NAN, .w = NAN, .in_rad = NAN, .out_rad = NAN};
+    if (v->source.on) {
+        double ci, cj, h_per_px;
+        source_center(v, &ci, &cj, &h_per_px);
+        v->spot.u = (i - ci) * h_per_px;
+        v->spot.v = (j - cj) * h_per_px;
+    }
     const float *px = im->px + ((size_t)j * (size_t)im->w + (size_t)i) * (size_t)im->nc;
     for (int c = 0; c < 3; c++) {
         static const char *const variance[] = {"var.R", "var.G", "var.B"};
@@ -46,7 +53,9 @@ static void look_at_picture(struct view *v, int pane)
         if (var < 0)
             var = image_channel_index(im, "var.Y");
         v->spot.rgb[c] = (double)px[im->nc < 3 || var == 1 ? 0 : c];
-        v->spot.sigma[c] = var < 0 ? NAN : sqrt(fmax(0, (double)px[var]));
+        v->spot.sigma[c] = var >= 0       ? sqrt(fmax(0, (double)px[var]))
+                           : v->source.on ? source_sigma(&v->source, v->spot.rgb[c])
+                                          : NAN;
     }
 }
 
@@ -62,5 +71,6 @@ void view_look(struct view *v)
     case PANE_PICTURE: look_at_picture(v, pane); break;
     }
     if (v->has_spot)
-        spot_conclude(&v->spot, white_of(v), v->params->v[PARAM_LAMBDA], v->params->v[PARAM_PITCH]);
+        spot_conclude(&v->spot, white_of(v, v->pane[pane]), v->params->v[PARAM_LAMBDA],
+                      v->params->v[PARAM_PITCH]);
 }

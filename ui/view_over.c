@@ -17,13 +17,14 @@ static void say_on_dark(const struct view *v, double x, double y, const char *te
 }
 
 // The colours from the peak down, a tick at every decade.
-static void draw_scale(const struct view *v, struct gui_rect r, double peak)
+static void draw_scale(const struct view *v, struct gui_rect r, double peak, const char *what)
 {
     const double decades = v->params->v[PARAM_DECADES], s = v->scale;
-    const double wide = fmin(320 * s, r.w - 40 * s), high = 10 * s;
-    const double x = r.x + (r.w - wide) / 2, y = r.y + r.h - 40 * s;
+    const double wide = fmin(320 * s, r.w - 80 * s), high = 10 * s;
+    const double x = r.x + (r.w - wide) / 2, y = r.y + r.h - 42 * s;
     const int steps = 128;
-    gui_fill((struct gui_rect){x - 22 * s, y - 6 * s, wide + 44 * s, 36 * s}, dark);
+    gui_fill((struct gui_rect){x - 34 * s, y - 24 * s, wide + 68 * s, 58 * s}, dark);
+    gui_say(x, y - 22 * s, light, what);
     for (int k = 0; k < steps; k++) {
         unsigned char c[3];
         colormap((k + 0.5) / steps, c);
@@ -68,24 +69,62 @@ static void draw_orders(const struct view *v, int pane)
         }
 }
 
+// The same orders where the camera sees them.
+static void draw_camera_orders(const struct view *v, int pane)
+{
+    double ci, cj, h_per_px;
+    source_center(v, &ci, &cj, &h_per_px);
+    const double step = v->params->v[PARAM_LAMBDA] / v->params->v[PARAM_PITCH] / h_per_px;
+    const int most = (int)fmin(40, fmax(v->picture.w, v->picture.h) / step);
+    for (int m = -most; m <= most; m++)
+        for (int n = -most; n <= most; n++) {
+            double x, y;
+            const double i = ci + m * step, j = cj + n * step;
+            if (i < 0 || j < 0 || i > v->picture.w - 1 || j > v->picture.h - 1)
+                continue;
+            placing_to_window(&v->placing[pane], v->layout.pane[pane], i + 0.5, j + 0.5, &x, &y);
+            gui_circle(x, y, 7 * v->scale, m || n ? amber : light, 1.2 * v->scale);
+        }
+}
+
+static const char *pane_title(const struct view *v, int k)
+{
+    static char text[120];
+    const struct source *s = &v->source;
+    if (!s->on)
+        return pane_kind_name[v->pane[k]];
+    if (v->pane[k] == PANE_PICTURE)
+        snprintf(text, sizeof text, s->is_live ? "camera" : "frame %d of %d", s->reel.at + 1,
+                 s->reel.n);
+    else if (v->pane[k] == PANE_TABLE)
+        snprintf(text, sizeof text, "table of %d frame%s, %d nodes", s->frames,
+                 s->frames == 1 ? "" : "s", v->stage.scene.object[0].material.table.n);
+    else
+        return "material";
+    return text;
+}
+
 static void draw_pane(const struct view *v, int k)
 {
     const struct gui_rect r = v->layout.pane[k];
+    static const char *const quantity[] = {"value", "S_d, luminance, 1/sr", "radiance, luminance"};
     const bool material = v->pane[k] == PANE_MATERIAL;
     const int compare = material ? (int)v->params->v[PARAM_COMPARE] : 0;
     struct shown shown = v->pane[k] == PANE_TABLE ? v->table_shown : v->picture_shown;
     gui_clip(r);
     if (v->pane[k] == PANE_TABLE && v->params->v[PARAM_ORDERS] > 0)
         draw_orders(v, k);
+    if (v->pane[k] == PANE_PICTURE && v->source.on && v->params->v[PARAM_ORDERS] > 0)
+        draw_camera_orders(v, k);
     if (compare == COMPARE_SPLIT)
         draw_split(v, r);
     if (compare == COMPARE_DIFFERENCE || (int)v->params->v[PARAM_LOOK] == LOOK_FALSE) {
         if (material)
             stage_show((struct stage *)&v->stage, &shown, v->params);
-        draw_scale(v, r, shown.peak);
+        draw_scale(v, r, shown.peak, quantity[v->pane[k]]);
     }
     if (v->layout.n_panes > 1)
-        say_on_dark(v, r.x + 12 * v->scale, r.y + 8 * v->scale, pane_kind_name[v->pane[k]], dim);
+        say_on_dark(v, r.x + 12 * v->scale, r.y + 8 * v->scale, pane_title(v, k), dim);
     gui_unclip();
 }
 

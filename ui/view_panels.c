@@ -1,5 +1,6 @@
 // view_panels.c - the list, the settings, the readout, the help: all from tables.
 #define _GNU_SOURCE
+#include "core/units.h"
 #include "ui/view.h"
 #include <math.h>
 #include <stdio.h>
@@ -91,7 +92,7 @@ static void picture_section(struct view *v)
 static void sample_section(struct view *v)
 {
     const struct material *m = &v->stage.scene.object[0].material;
-    if (!gui_section("Sample", true))
+    if (!gui_section("Sample", !v->source.on))
         return;
     slider(v, PARAM_KIND);
     if (!stage_has(&v->stage, (enum diffraction)v->params->v[PARAM_KIND]))
@@ -109,7 +110,7 @@ static void sample_section(struct view *v)
 
 static void place_section(struct view *v)
 {
-    if (!gui_section("Camera and light", true))
+    if (!gui_section("Camera and light", !v->source.on))
         return;
     slider(v, PARAM_YAW);
     slider(v, PARAM_RISE);
@@ -128,18 +129,87 @@ static void place_section(struct view *v)
 static void work_section(struct view *v)
 {
     struct err e;
-    if (!gui_section("Work", true))
+    if (!gui_section("Work", !v->source.on))
         return;
     work_text(v, fact);
     if (gui_press("measure what skipping saves") && !stage_measure(&v->stage, &e))
         view_say(v, "%s", e.msg);
 }
 
+// Frames of a session: the newest are what a person looks for.
+static void frame_list(struct view *v)
+{
+    static const char *const kinds[] = {"", ", dark", ", meter"};
+    struct source *s = &v->source;
+    for (int k = 0; k < s->reel.n; k++) {
+        const struct session_frame *f = &s->reel.frame[k];
+        char line[200], time[32];
+        quantity_text(session_exposure_s(f), UNIT_S, time, sizeof time);
+        snprintf(line, sizeof line, "%d  %s%s%s  %s%s##f%d", f->id, time,
+                 *f->step.filter ? ", " : "", f->step.filter, f->verdict, kinds[f->step.kind], k);
+        if (gui_pick(line, k == s->reel.at)) {
+            s->playing = false;
+            source_go(v, k);
+        }
+        if (*f->reason)
+            gui_hint(f->reason);
+    }
+}
+
+static void live_buttons(struct view *v)
+{
+    struct live *l = v->source.live;
+    if (!live_status(l)->capture)
+        return;
+    if (gui_press("pause"))
+        live_order(l, "capture.pause");
+    gui_beside();
+    if (gui_press("continue"))
+        live_order(l, "capture.continue");
+    gui_beside();
+    if (gui_press("stop"))
+        live_order(l, "capture.abort");
+}
+
+static void camera_section(struct view *v)
+{
+    struct source *s = &v->source;
+    if (!gui_section(s->is_live ? "Camera" : "Frame", true))
+        return;
+    source_text(v, fact);
+    if (s->is_live)
+        live_buttons(v);
+    if (s->has_stats)
+        gui_curve(s->stats.bin, STATS_BINS, 1, 60 * v->scale);
+    flag(v, PARAM_ZEBRA, "stripes where it clips");
+    slider(v, PARAM_H_PER_PX);
+}
+
+static void session_section(struct view *v)
+{
+    struct source *s = &v->source;
+    int at = s->reel.at + 1;
+    if (!s->reel.n || !gui_section("Session", true))
+        return;
+    if (gui_whole("frame", &at, 1, s->reel.n)) {
+        s->playing = false;
+        source_go(v, at - 1);
+    }
+    if (gui_press(s->playing ? "stop" : "replay"))
+        source_play(v);
+    if (!s->is_live)
+        frame_list(v);
+}
+
 static void side_panel(struct view *v)
 {
     if (gui_panel("side", v->layout.side, false) && v->params && !v->trouble[0] &&
-        v->layout.n_panes) {
+        (v->layout.n_panes || v->source.on)) {
         mouse_section(v);
+        if (v->source.on) {
+            camera_section(v);
+            session_section(v);
+        }
         picture_section(v);
         if (v->has_stage) {
             sample_section(v);

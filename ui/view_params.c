@@ -19,6 +19,8 @@ const struct param_info param_info[PARAMS] = {
     [PARAM_ORDERS] = {"orders", NULL, 0, 1, 0, 1, "%.0f"},
     [PARAM_PITCH] = {"pitch", "pitch", 0.2e-6, 200e-6, 25e-6, 1e-6, "%.2f µm", .log = true},
     [PARAM_LAMBDA] = {"lambda", "wavelength", 380e-9, 780e-9, 530e-9, 1e-9, "%.0f nm"},
+    [PARAM_H_PER_PX] = {"h-per-pixel", "h per pixel", 1e-5, 1e-1, 7.2e-4, 1e-3, "%.4f /1000",
+                        .log = true},
     [PARAM_KIND] = {"kind", "sample", 0, 3, 1, 1, .choices = kinds, .cost = COST_DRAW},
     [PARAM_AGAINST] = {"against", "against", 0, 3, 0, 1, .choices = kinds, .cost = COST_DRAW},
     [PARAM_TABLES] = {"tables", NULL, 0, 1000, 0, 1, "%.0f", .cost = COST_DRAW},

@@ -16,9 +16,10 @@ enum param {
     PARAM_ORDERS, // drawn over the picture
     PARAM_PITCH,  // of the grating whose orders are drawn
     PARAM_LAMBDA,
-    PARAM_KIND,    // enum diffraction
-    PARAM_AGAINST, // enum diffraction, of the other picture
-    PARAM_TABLES,  // in use, 0: all
+    PARAM_H_PER_PX, // of a camera's picture: half vector per pixel
+    PARAM_KIND,     // enum diffraction
+    PARAM_AGAINST,  // enum diffraction, of the other picture
+    PARAM_TABLES,   // in use, 0: all
     PARAM_GAIN,
     PARAM_ROUGHNESS,
     PARAM_LIGHT_EV, // stops on top of the scene's
@@ -41,10 +42,10 @@ struct params {
     double v[PARAMS];
 };
 
-enum param_cost { // what a change asks for; each asks for those before it
+enum param_cost { // what a change asks for
     COST_SHOW,    // the picture is shown another way
-    COST_DRAW,    // it is drawn
-    COST_ROOM,    // what objects show of the environment is computed
+    COST_ROOM,    // what objects show of the environment is computed, then drawn
+    COST_DRAW,    // the picture is drawn at once
 };
 
 struct param_info {

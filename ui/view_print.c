@@ -1,5 +1,6 @@
 // view_print.c - what the panels tell, as pairs of words: for them, and for a script's `print`.
 #define _GNU_SOURCE
+#include "core/units.h"
 #include "ui/view.h"
 #include <math.h>
 #include <stdarg.h>
@@ -75,6 +76,44 @@ static double skipped(long done, long most)
     return most ? 100 * (1 - (double)done / (double)most) : 0;
 }
 
+static void say_live(const struct source *s, fact_call *fact)
+{
+    const struct live_status *l = live_status(s->live);
+    if (!l->connected)
+        fact("nacred", *l->why ? l->why : "not looked for yet");
+    else
+        say(fact, "nacred", "process %lld", (long long)l->pid);
+    if (l->capture)
+        say(fact, "capture", "%d of %d frames", l->done, l->planned);
+    else if (l->connected)
+        fact("capture", "none is running");
+    if (*l->last)
+        fact("last", l->last);
+}
+
+void source_text(const struct view *v, fact_call *fact)
+{
+    const struct source *s = &v->source;
+    char text[40];
+    if (s->is_live)
+        say_live(s, fact);
+    if (s->has_stats) {
+        say(fact, "exposure", "%s", quantity_text(s->exposure_s, UNIT_S, text, sizeof text));
+        say(fact, "clipped", "%.3f %%, brightest %.3f", 100 * s->stats.clipped, s->stats.brightest);
+        say(fact, "focus", "%.3f", s->stats.focus);
+    }
+    if (s->reel.n)
+        say(fact, "session", "%s, %d of %d frames", session_state_name[s->reel.report.state],
+            s->reel.report.good, s->reel.planned);
+    if (!isnan(s->cx))
+        say(fact, "centre", "%.2f, %.2f px", s->cx, s->cy);
+    if (s->level)
+        say(fact, "table", "%d frames, level %d of %d, %.0f ms", s->frames, s->level,
+            LUT_PREVIEW_LEVELS, 1e3 * s->seconds);
+    else if (*s->trouble)
+        fact("no table", s->trouble);
+}
+
 void work_text(const struct view *v, fact_call *fact)
 {
     const struct stage *st = &v->stage;
@@ -109,6 +148,8 @@ void view_print(const struct view *v)
         printf("%-16s %ld pictures, %ld rooms\n", "drawn", v->stage.times.draws,
                v->stage.times.rooms);
     }
+    if (v->source.on)
+        source_text(v, line);
     if (v->has_spot)
         spot_text(v, line);
     for (int k = 0; v->params && k < PARAMS; k++)

@@ -5,7 +5,9 @@
 #include "core/mem.h"
 #include "render/display.h"
 #include "render/view.h"
+#include "ui/room.h"
 #include "ui/view_orbit.h"
+#include "ui/window.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -58,12 +60,19 @@ bool stage_open(struct stage *out, struct scene *s, struct err *e)
         stage_close(&st);
         return false;
     }
+    if (st.scene.surround)
+        st.worker = worker_new(window_wake);
     *out = st;
     return true;
 }
 
 void stage_close(struct stage *st)
 {
+    if (st->worker) { // it reads the scene
+        while (worker_busy(st->worker))
+            room_free(worker_wait(st->worker));
+        worker_free(st->worker);
+    }
     gl_renderer_close(st->renderer);
     gl_target_finish(&st->target);
     gl_target_finish(&st->other);
@@ -80,32 +89,45 @@ bool stage_take_table(struct stage *st, struct table *t, struct err *e)
     image_finish(&st->scene.object[0].seen);
     st->scene.object[0].seen = (struct image){0};
     st->is_drawn = false;
+    st->auto_exposure_ev = NAN;
     return scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e) &&
            gl_renderer_material(st->renderer, &st->scene, 0, e);
 }
 
-// The map turned and brightened, and all that objects show of it.
-static bool change_room(struct stage *st, const struct params *p, struct err *e)
+static void take_room(struct stage *st, struct room *r)
 {
-    struct environment env = {0};
-    struct surround *around = st->scene.surround;
-    if (!around || !copy_image(&env.map, &st->room, e))
-        return !around;
-    const double start_s = now_s();
-    const bool shown = around->shown;
-    surround_finish(around);
-    surround_init(around, &env, exp2(p->v[PARAM_ROOM_EV]), p->v[PARAM_ROOM_TURN]);
-    around->shown = shown;
-    for (int k = 0; k < st->scene.n_objects; k++) {
-        image_finish(&st->scene.object[k].seen);
-        st->scene.object[k].seen = (struct image){0};
+    struct err e;
+    if (r->ok) {
+        room_move(r, &st->scene);
+        st->times.room_ms = r->ms;
+        st->times.rooms++;
+        st->is_drawn = false;
+        r->ok = gl_renderer_surround(st->renderer, &st->scene, &e);
     }
-    const bool ok =
-        scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e);
-    glFinish();
-    st->times.room_ms = 1e3 * (now_s() - start_s);
-    st->times.rooms++;
-    return ok;
+    room_free(r);
+}
+
+bool stage_tick(struct stage *st, const struct params *p)
+{
+    if (!st->worker)
+        return false;
+    struct room *done = worker_done(st->worker);
+    if (done)
+        take_room(st, done);
+    const double turn = p->v[PARAM_ROOM_TURN], ev = p->v[PARAM_ROOM_EV];
+    if (fabs(turn - st->room_turn) + fabs(ev - st->room_ev) > 1e-9 && !worker_busy(st->worker)) {
+        worker_give(st->worker, room_run, room_new(&st->scene, &st->room, turn, ev));
+        st->room_turn = turn;
+        st->room_ev = ev;
+    }
+    return done != NULL;
+}
+
+bool stage_is_busy(struct stage *st, const struct params *p)
+{
+    return st->worker &&
+           (worker_busy(st->worker) || fabs(p->v[PARAM_ROOM_TURN] - st->room_turn) > 1e-9 ||
+            fabs(p->v[PARAM_ROOM_EV] - st->room_ev) > 1e-9);
 }
 
 static void place(struct stage *st, const struct params *p)
@@ -160,8 +182,6 @@ static bool draw(struct stage *st, const struct params *p, struct err *e)
 bool stage_draw(struct stage *st, const struct params *p, int w, int h, struct err *e)
 {
     const int cost = st->is_drawn ? params_differ(&st->drawn, p, NULL) : COST_DRAW;
-    if (cost >= COST_ROOM && !change_room(st, p, e))
-        return false;
     if (cost < COST_DRAW && st->target.w == w && st->target.h == h)
         return true;
     place(st, p);

@@ -5,6 +5,7 @@
 #include "render/gl_object.h"
 #include "render/gl_render.h"
 #include "ui/show_gl.h"
+#include "ui/worker.h"
 
 struct stage_times {
     double draw_ms, room_ms; // of the last picture, of the last change of the room
@@ -15,8 +16,10 @@ struct stage_times {
 struct stage {
     struct scene scene; // with the parameters' camera and lights in it
     struct camera camera;
-    struct light *light; // [scene.n_lights] as the file has them, owned
-    struct image room;   // the map as the file has it
+    struct light *light;       // [scene.n_lights] as the file has them, owned
+    struct image room;         // the map as the file has it
+    struct worker *worker;     // for the room; NULL: the scene has none
+    double room_turn, room_ev; // what it was last given
     struct gl_renderer *renderer;
     struct gl_target target, other;
     struct params drawn; // what target shows, when it shows anything
@@ -34,6 +37,10 @@ void stage_close(struct stage *st); // accepts a zeroed struct
 
 // The first object's table is another one from here on; takes it.
 bool stage_take_table(struct stage *st, struct table *t, struct err *e);
+
+// Takes a room that is ready and begins the one that is wanted. true: it looks different.
+bool stage_tick(struct stage *st, const struct params *p);
+bool stage_is_busy(struct stage *st, const struct params *p);
 
 bool stage_has(const struct stage *st, enum diffraction kind);
 

@@ -28,6 +28,7 @@ static void *work(void *self)
         w->run(w->job);
         pthread_mutex_lock(&w->lock);
         w->finished = true;
+        pthread_cond_broadcast(&w->news);
         w->wake();
     }
     pthread_mutex_unlock(&w->lock);
@@ -67,7 +68,7 @@ bool worker_give(struct worker *w, void (*run)(void *job), void *job)
         w->run = run;
         w->job = job;
         w->given = true;
-        pthread_cond_signal(&w->news);
+        pthread_cond_broadcast(&w->news);
     }
     pthread_mutex_unlock(&w->lock);
     return free_now;
@@ -83,6 +84,15 @@ void *worker_done(struct worker *w)
     }
     pthread_mutex_unlock(&w->lock);
     return job;
+}
+
+void *worker_wait(struct worker *w)
+{
+    pthread_mutex_lock(&w->lock);
+    while (w->given && !w->finished)
+        pthread_cond_wait(&w->news, &w->lock);
+    pthread_mutex_unlock(&w->lock);
+    return worker_done(w);
 }
 
 bool worker_busy(struct worker *w)

@@ -10,4 +10,5 @@ struct worker *worker_new(void (*wake)(void)); // called on the worker's thread 
 void worker_free(struct worker *w);            // waits for its job; accepts NULL
 bool worker_give(struct worker *w, void (*run)(void *job), void *job); // false: it has one
 void *worker_done(struct worker *w); // the job that is finished, once; else NULL
+void *worker_wait(struct worker *w); // as worker_done(), when it is finished
 bool worker_busy(struct worker *w);  // given and not yet taken back
