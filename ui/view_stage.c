@@ -24,7 +24,7 @@ static bool copy_image(struct image *to, const struct image *from, struct err *e
 bool stage_has(const struct stage *st, enum diffraction kind)
 {
     const struct material *m = &st->scene.object[0].material;
-    const bool has[] = {true, m->table.n > 0, m->slits.n > 0, m->stam.spacing_um > 0};
+    const bool has[] = {true, m->table.n > 0 || m->photo, m->slits.n > 0, m->rainbow.spacing_m > 0};
     return has[kind];
 }
 
@@ -40,9 +40,9 @@ void stage_params(const struct stage *st, struct params *p)
     p->v[PARAM_GAIN] = m->gain;
     p->v[PARAM_ROUGHNESS] = m->roughness;
     if (m->slits.n)
-        p->v[PARAM_PITCH] = m->slits.pitch_m[0];
-    else if (m->stam.spacing_um > 0)
-        p->v[PARAM_PITCH] = m->stam.spacing_um * 1e-6;
+        p->v[PARAM_PITCH] = m->slits.row[0].pitch_m;
+    else if (m->rainbow.spacing_m > 0)
+        p->v[PARAM_PITCH] = m->rainbow.spacing_m;
     if (!isnan(st->scene.exposure_ev))
         p->v[PARAM_EXPOSURE] = st->scene.exposure_ev;
 }
@@ -91,7 +91,7 @@ bool stage_take_table(struct stage *st, struct table *t, struct err *e)
     st->is_drawn = false;
     st->auto_exposure_ev = NAN;
     return scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e) &&
-           gl_renderer_material(st->renderer, &st->scene, 0, e);
+           gl_renderer_materials(st->renderer, &st->scene, e);
 }
 
 static void take_room(struct stage *st, struct room *r)
