@@ -4,6 +4,9 @@
 #include "tests/run.h"
 
 #include "core/imgfile.h"
+#include "core/outfile.h"
+#include "ui/coil.h"
+#include <dirent.h>
 #include <fcntl.h>
 #include <signal.h>
 
@@ -53,6 +56,14 @@ static void need_screen(void)
         print_message("skipped: no Xvfb to open a window on\n");
         skip();
     }
+}
+
+// The long ones run where they are asked for: NACRE_WINDOW=all.
+static void need_all(void)
+{
+    need_screen();
+    if (!getenv("NACRE_WINDOW"))
+        skip();
 }
 
 // nacre-view with a script.
@@ -193,6 +204,149 @@ TEST(what_cannot_be_opened_is_an_exit_code)
     assert_non_null(strstr(r.err, "script:1: 'fly' is not a step"));
 }
 
+// A small table under every name that the scenes ask for, and the coil.
+static void make_tables(void)
+{
+    static const char *const names[] = {"phone-fine", "laptop", "holographic", "tv",
+                                        "blazed",     "cd",     "snake"};
+    const struct run r =
+        run_nacre("simulate " SOURCE_DIR "/rigs/samples/lcd.yaml --what truth --illuminant D65 "
+                  "--size 33 --range 0.3 --power 3 -o phone.exr");
+    const struct run photo = run_nacre("simulate " SOURCE_DIR "/rigs/samples/laptop.yaml --what "
+                                       "pattern --filter green -o laptop-photo.exr");
+    struct err e;
+    assert_int_equal(r.status, 0);
+    assert_int_equal(photo.status, 0);
+    for (size_t k = 0; k < sizeof names / sizeof *names; k++) {
+        char line[100];
+        snprintf(line, sizeof line, "cp phone.exr %s.exr", names[k]);
+        assert_int_equal(system(line), 0);
+    }
+    assert_true(coil_write("snake.obj", &e));
+}
+
+TEST(every_shipped_scene_loads_and_is_drawn)
+{
+    char script[8000] = "";
+    DIR *folder = opendir(SOURCE_DIR "/rigs/scenes");
+    int n = 0;
+    need_all();
+    make_tables();
+    for (const struct dirent *d; (d = readdir(folder));)
+        if (strstr(d->d_name, ".yaml"))
+            snprintf(script + strlen(script), sizeof script - strlen(script),
+                     "select %d\nsettle\nmove material 0.5 0.5\nprint\n", ++n);
+    closedir(folder);
+    assert_true(n >= 20);
+    const struct run r = play("--size 400x300 --tables . " SOURCE_DIR "/rigs/scenes", script);
+    expect(&r, "item             tv");
+    if (strstr(r.out, "trouble"))
+        fail_msg("%s", strstr(r.out, "trouble"));
+    int drawn = 0;
+    for (const char *at = r.out; (at = strstr(at, " pictures, ")); at++)
+        drawn++;
+    assert_int_equal(drawn, n);
+}
+
+TEST(a_table_is_inspected_and_shown_at_twice_the_size)
+{
+    need_all();
+    make_tables();
+    const struct run r = play("--size 700x500 --scale 2 phone.exr",
+                              "settle\nmove table 0.6 0.5\nkey G\nprint\nscreenshot a.png\n");
+    expect(&r, "u, v             +0.0");
+    expect(&r, "implied pitch");
+    struct image im;
+    read_shot("a.png", &im);
+    assert_int_equal(im.w, 1400);
+    image_finish(&im);
+}
+
+TEST(a_turntable_writes_frames_and_ends_where_it_began)
+{
+    need_all();
+    const struct run r =
+        play("--size 500x400 " SCENE "cd-g04.yaml", "settle\nturntable 4 turn\nsettle\nprint\n");
+    expect(&r, "4 frames: ffmpeg");
+    assert_null(strstr(r.out, "set.yaw"));
+    assert_int_equal(access("turn/0003.png", R_OK), 0);
+    assert_int_not_equal(access("turn/0004.png", R_OK), 0);
+}
+
+static void write_rig(void)
+{
+    static const char rig[] = "name: r\ncamera: {uri: 'sim:w=96,h=64,realtime=1,world=@run'}\n"
+                              "lights:\n  trigger: 'sim:lines=1,world=@run'\n"
+                              "  list: [{name: led, line: 0, max_on: 1s}]\n";
+    static const char plan[] = "name: p\nlights: [led]\nexposures: [2ms, 8ms, 32ms]\n";
+    struct err e;
+    assert_true(outfile_write("rig.yaml", rig, sizeof rig - 1, &e));
+    assert_true(outfile_write("plan.yaml", plan, sizeof plan - 1, &e));
+}
+
+TEST(a_session_is_stepped_through)
+{
+    need_all();
+    write_rig();
+    const struct run c = run_nacre("capture --rig rig.yaml --plan plan.yaml -o session");
+    assert_int_equal(c.status, 0);
+    const struct run r =
+        play("--size 800x600 session", "settle\nkey left\nsettle\nprint\nkey Z\nkey space\nsettle\n"
+                                       "move picture 0.5 0.5\nprint\n");
+    expect(&r, "session          complete, 3 of 3 frames");
+    expect(&r, "exposure         8 ms");
+    expect(&r, "exposure         32 ms");
+    expect(&r, "u, v ");
+}
+
+static pid_t start_daemon(void)
+{
+    const pid_t pid = fork();
+    if (!pid) {
+        execl(BIN_DIR "/nacred", "nacred", "--socket", "d.sock", NULL);
+        _exit(127);
+    }
+    return pid;
+}
+
+// Until the window has printed this, at most two minutes.
+static void wait_for_print(const char *text)
+{
+    char line[200];
+    snprintf(line, sizeof line,
+             "timeout 120 sh -c 'until grep -q \"%s\" run.out; do sleep 0.2; done'", text);
+    if (system(line))
+        _exit(1);
+}
+
+TEST(a_daemon_that_dies_and_returns_is_followed)
+{
+    need_all();
+    setenv("NACRE_SOCKET", "d.sock", 1);
+    write_rig();
+    assert_int_equal(system("rm -f run.out"), 0);
+    const pid_t daemon = start_daemon(), other = fork();
+    if (!other) { // kills it, starts another, and captures
+        wait_for_print("nacred  *process");
+        kill(daemon, SIGKILL);
+        wait_for_print("nacred has gone");
+        const int status =
+            system(BIN_DIR "/nacre capture --rig rig.yaml --plan plan.yaml -o live >cap.out");
+        wait_for_print("complete, 3 of 3");
+        _exit(status != 0);
+    }
+    char script[3000] = "settle\n";
+    for (int k = 0; k < 100; k++)
+        strcat(script, "wait 0.5\nprint\n");
+    const struct run r = play("--size 800x600 --connect d.sock", script);
+    int status;
+    waitpid(other, &status, 0);
+    unsetenv("NACRE_SOCKET");
+    assert_int_equal(status, 0);
+    assert_int_equal(r.status, 0);
+    waitpid(daemon, &status, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -203,6 +357,11 @@ int main(void)
         cmocka_unit_test(split_and_difference_show_the_other_kind),
         cmocka_unit_test(a_file_that_is_broken_is_told_about_and_the_window_stays),
         cmocka_unit_test(what_cannot_be_opened_is_an_exit_code),
+        cmocka_unit_test(every_shipped_scene_loads_and_is_drawn),
+        cmocka_unit_test(a_table_is_inspected_and_shown_at_twice_the_size),
+        cmocka_unit_test(a_turntable_writes_frames_and_ends_where_it_began),
+        cmocka_unit_test(a_session_is_stepped_through),
+        cmocka_unit_test(a_daemon_that_dies_and_returns_is_followed),
     };
     return cmocka_run_group_tests(tests, open_screen, close_screen);
 }

@@ -21,9 +21,12 @@ enum { ASK_HELLO = 1, ASK_PREVIEW, ASK_LIST, ASK_WATCH, ASK_ORDER };
 
 static const double retry_s = 1, list_s = 0.5, look_s = 0.05;
 
+static const char gone[] = "nacred has gone; waiting for it to come back";
+
 struct live {
     char *path;
-    int fd; // -1: not connected
+    int fd;   // -1: not connected
+    bool met; // it was connected before
     double next_s;
     struct live_status status;
     struct preview_memory *memory; // NULL: none yet
@@ -109,10 +112,13 @@ static void try_connect(struct live *l)
         const int why = errno;
         if (fd >= 0)
             close(fd);
-        forget(l, why == ENOENT || why == ECONNREFUSED ? "nacred does not run" : strerror(why));
+        forget(l, why != ENOENT && why != ECONNREFUSED ? strerror(why)
+                  : l->met                             ? gone
+                                                       : "nacred does not run");
         return;
     }
     l->fd = fd;
+    l->met = true;
     l->status.connected = true;
     l->status.event++;
     l->status.why[0] = 0;
@@ -212,7 +218,7 @@ static void listen_once(struct live *l, bool *more)
     const ssize_t n = recvmsg(l->fd, &msg, MSG_CMSG_CLOEXEC);
     *more = n > 0;
     if (n == 0 || (n < 0 && errno != EAGAIN && errno != EINTR)) {
-        forget(l, "nacred has gone; waiting for it to come back");
+        forget(l, gone);
         return;
     }
     if (n < 0)

@@ -233,21 +233,45 @@ static void draw_pane(struct view *v, int k, int high)
         s = &material;
     }
     s->ev = pane_ev(v, v->pane[k]);
-    if (v->fitted[k] || v->pane[k] == PANE_MATERIAL)
-        v->placing[k] = placing_fit(r, s->w, s->h);
     show_gl_draw(v->show, s, &v->placing[k], r, high, v->params);
+}
+
+// While a slow scene is being dragged a ninth of its pixels must do.
+static bool draws_coarsely(const struct view *v)
+{
+    const double slow_ms = 80;
+    return (v->mouse.button >= 0 || gui_is_held()) && v->fine_ms > slow_ms;
+}
+
+static bool draw_material(struct view *v, struct gui_rect r, struct err *e)
+{
+    const bool coarse = draws_coarsely(v);
+    const int part = coarse ? 3 : 1;
+    if (!stage_draw(&v->stage, v->params, (int)r.w / part, (int)r.h / part, e))
+        return false;
+    v->fine_ms = coarse ? v->fine_ms : v->stage.times.draw_ms;
+    return true;
+}
+
+static void place(struct view *v, int k)
+{
+    const struct gui_rect r = v->layout.pane[k];
+    const struct shown *s = v->pane[k] == PANE_TABLE ? &v->table_shown : &v->picture_shown;
+    if (v->pane[k] == PANE_MATERIAL)
+        v->placing[k] = placing_fit(r, v->stage.target.w, v->stage.target.h);
+    else if (v->fitted[k])
+        v->placing[k] = placing_fit(r, s->w, s->h);
 }
 
 static void draw_panes(struct view *v, int high)
 {
     struct err e;
     for (int k = 0; k < v->layout.n_panes; k++) {
-        const struct gui_rect r = v->layout.pane[k];
-        if (v->pane[k] == PANE_MATERIAL &&
-            !stage_draw(&v->stage, v->params, (int)r.w, (int)r.h, &e)) {
+        if (v->pane[k] == PANE_MATERIAL && !draw_material(v, v->layout.pane[k], &e)) {
             snprintf(v->trouble, sizeof v->trouble, "%s", e.msg);
             return;
         }
+        place(v, k);
     }
     if (isnan(v->params->v[PARAM_EXPOSURE])) {
         v->params->v[PARAM_EXPOSURE] = 0;

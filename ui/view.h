@@ -60,6 +60,7 @@ struct view {
     char trouble[400]; // why there is no picture; "": there is one
     char note[200];    // what was done last
     double drawn_ms;   // of the whole window
+    double fine_ms;    // of the scene with all its pixels
     long frames;       // drawn since the start
     bool stale, quit;
     int turn_left, turn_count; // frames of a turntable still to be written

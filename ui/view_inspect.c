@@ -57,6 +57,8 @@ static void find_orders(struct spot *s, double pitch_m)
         const double off = hypot(m - round(m), n - round(n));
         if (off > 0.12) // the other axis is between two orders
             continue;
+        if (fmax(fabs(m), fabs(n)) > SPOT_HIGHEST)
+            break;
         s->order[s->n_orders].m = (int)lround(m);
         s->order[s->n_orders].n = (int)lround(n);
         s->order[s->n_orders++].lambda_m = lambda_m;

@@ -7,7 +7,7 @@
 #include "core/table.h"
 #include "render/scene.h"
 
-enum { SPOT_ORDERS = 6 };
+enum { SPOT_ORDERS = 4, SPOT_HIGHEST = 12 };
 
 struct spot {
     double u, v, w;          // half vector in the surface frame; w NAN: not known
@@ -20,7 +20,8 @@ struct spot {
     double rgb[3], sigma[3]; // value and its standard deviation (NAN: not known)
     const char *object;      // whose surface it is; NULL: a table or a picture
 
-    // Orders of the pitch that was asked for whose wavelength, visible, comes here.
+    // Orders of the pitch that was asked for, up to SPOT_HIGHEST, whose wavelength, visible, comes
+    // here.
     struct {
         int m, n;
         double lambda_m;

@@ -14,7 +14,7 @@ const struct key keys[] = {
     {'R', 0, ACTION_RESET, "R", "everything as it was at first"},
     {'1', 0, ACTION_SELECT, "1-9", "select from the list"},
     {KEY_RIGHT, 0, ACTION_NEXT, "Left / Right",
-     "previous / next of the list, or frame of a session"},
+     "previous / next frame of a session, else of the list"},
     {KEY_LEFT, 0, ACTION_PREVIOUS, NULL, NULL},
     {KEY_DOWN, 0, ACTION_LIST_NEXT, "Up / Down", "previous / next of the list"},
     {KEY_UP, 0, ACTION_LIST_PREVIOUS, NULL, NULL},

@@ -21,11 +21,14 @@ static void look_at_table(struct view *v, int pane)
 
 static void look_at_material(struct view *v, int pane)
 {
-    const struct gui_rect *r = &v->layout.pane[pane];
-    const double x = floor(v->mouse.x - r->x), y = floor(v->mouse.y - r->y);
+    const struct gl_target *t = &v->stage.target;
+    double x, y;
+    placing_to_picture(&v->placing[pane], v->layout.pane[pane], v->mouse.x, v->mouse.y, &x, &y);
+    x = floor(fmax(0, fmin(t->w - 1, x)));
+    y = floor(fmax(0, fmin(t->h - 1, y)));
     v->pixel[0] = x;
     v->pixel[1] = y;
-    v->has_spot = spot_of_scene(&v->spot, &v->stage.scene, x, y, (int)r->w, (int)r->h);
+    v->has_spot = spot_of_scene(&v->spot, &v->stage.scene, x, y, t->w, t->h);
     if (v->has_spot)
         stage_pixel(&v->stage, (int)x, (int)y, v->spot.rgb);
 }

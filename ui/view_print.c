@@ -32,7 +32,7 @@ static void say_orders(const struct spot *s, fact_call *fact)
         say(fact, k ? "" : "orders", "(%d, %d) at %.0f nm", s->order[k].m, s->order[k].n,
             1e9 * s->order[k].lambda_m);
     if (!s->n_orders)
-        fact("orders", "none of the pitch set");
+        say(fact, "orders", "none up to %d of the pitch set", SPOT_HIGHEST);
 }
 
 static void say_direction(const struct spot *s, fact_call *fact)
