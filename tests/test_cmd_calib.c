@@ -35,6 +35,19 @@ static void refused(const char *words, int status, const char *sentence)
     assert_int_not_equal(access("out.yaml", F_OK), 0);
 }
 
+TEST(the_help_of_a_verb_is_of_it_alone)
+{
+    enter_scratch("calib_help");
+    const struct run all = run_nacre("calib --help"), lens = run_nacre("calib lens --help");
+    assert_int_equal(all.status, 0);
+    assert_non_null(strstr(all.out, "\n  lens "));
+    assert_null(strstr(all.out, "--board COLS"));
+    assert_non_null(strstr(lens.out, "usage: nacre calib lens IMAGE... [options]"));
+    assert_non_null(strstr(lens.out, "--board COLS"));
+    assert_null(strstr(lens.out, "--blaze"));
+    assert_non_null(strstr(lens.out, "nacre calib lens board*.png"));
+}
+
 TEST(a_simulated_sensor_is_found_as_it_was_made)
 {
     enter_scratch("calib_sensor");
@@ -116,6 +129,8 @@ TEST(what_cannot_be_calibrated_is_refused)
     refused("calib -o out.yaml", 2, "VERB");
     refused("calib colour x.png -o out.yaml", 2, "'colour' is not one of");
     refused("calib dark -o out.yaml", 2, "needs a file to work on");
+    refused("calib dark x.png --board 9x6 -o out.yaml", 2,
+            "--board is not an option of dark; see nacre calib dark --help");
     refused("calib bokeh absent.png --lines 600/mm --blaze 13deg -o out.yaml", 5, "absent.png");
     refused("calib bokeh absent.png -o out.yaml", 2, "--lines 600/mm --blaze 13deg");
     refused("calib bokeh absent.png --lines 600/mm --blaze 100deg -o out.yaml", 3, "--blaze");
@@ -145,7 +160,8 @@ TEST(the_reference_grating_is_measured)
     assert_int_equal(s.status, 3);
 }
 
-TEST_MAIN(cmocka_unit_test(a_simulated_sensor_is_found_as_it_was_made),
+TEST_MAIN(cmocka_unit_test(the_help_of_a_verb_is_of_it_alone),
+          cmocka_unit_test(a_simulated_sensor_is_found_as_it_was_made),
           cmocka_unit_test(a_real_response_is_monotone_and_its_halves_agree),
           cmocka_unit_test(what_cannot_be_calibrated_is_refused),
           cmocka_unit_test(the_reference_grating_is_measured))

@@ -99,6 +99,14 @@ static bool is_option(const char *a)
     return a[0] == '-' && a[1] && !strchr("0123456789.", a[1]);
 }
 
+const struct verb *cli_verb(const struct command *cmd, const char *operand)
+{
+    for (const struct verb *v = cmd->verbs; v && v->name; v++)
+        if (!strcmp(v->name, operand))
+            return v;
+    return NULL;
+}
+
 static bool parse(int argc, char **argv, const struct command *cmd, void *args, struct global *g,
                   struct cli *cli, struct err *e)
 {
@@ -140,6 +148,11 @@ static bool parse(int argc, char **argv, const struct command *cmd, void *args, 
     }
     if (g->help)
         return true;
+    const struct verb *verb = cli->n ? cli_verb(cmd, cli->operand[0]) : NULL;
+    for (const struct opt *o = cmd->opts; o && o->name; o++)
+        if (given[o - cmd->opts] && !cli_opt_is_of(o, verb))
+            return err_set(e, ERR_USAGE, "%s%s is not an option of %s; see nacre %s %s --help",
+                           o->name[1] ? "--" : "-", o->name, verb->name, cmd->name, verb->name);
     for (const struct opt *o = cmd->opts; o && o->name; o++)
         if (o->needed && !given[o - cmd->opts])
             return err_set(e, ERR_USAGE, "needs %s%s %s; see %s%s --help", o->name[1] ? "--" : "-",
@@ -169,7 +182,7 @@ static int run(const struct command *cmd, int argc, char **argv, int skip)
     bool ok = set_defaults(args, cmd->opts, &e) &&
               parse(argc - skip, argv + skip, cmd, args, &g, &cli, &e);
     if (ok && g.help) {
-        cli_help_command(cmd, stdout);
+        cli_help_command(cmd, cli.n ? cli_verb(cmd, cli.operand[0]) : NULL, stdout);
     } else if (ok) {
         log_quiet = g.quiet;
         log_no_color = g.no_color || getenv("NO_COLOR");

@@ -29,6 +29,12 @@ struct opt {
     const char *help;
     enum unit unit; // OPT_NUM
     bool needed;
+    const char *verbs; // "lens board": of these verbs alone; NULL: of all
+};
+
+// What a command can do, named by its first operand.
+struct verb {
+    const char *name, *operands, *summary;
 };
 
 struct doc; // the result: printed as aligned lines, or as one JSON document under --json
@@ -49,9 +55,13 @@ struct command {
     int min_operands, max_operands;
     const struct opt *opts; // ends with a zeroed one; -o is an option like any other
     size_t args_size;
-    const char *notes; // behind the options in --help; examples
+    const char *notes;        // behind the options in --help; examples
+    const struct verb *verbs; // ends with a zeroed one; NULL: the first operand is an operand
     bool (*run)(const void *args, struct cli *cli, struct err *e);
 };
+
+// The verb that the first operand names; NULL when the command has none or not that one.
+const struct verb *cli_verb(const struct command *cmd, const char *operand);
 
 // Programs call this from main(): finds the command, parses, runs, prints error or document.
 int cli_main(int argc, char **argv, const struct command *const commands[]);

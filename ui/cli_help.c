@@ -5,9 +5,26 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void print_opts(const struct opt *opts, FILE *to)
+// Is the word one of a list's, which blanks part?
+static bool is_of(const char *list, const char *word)
+{
+    const size_t n = strlen(word);
+    for (const char *at = list; (at = strstr(at, word)); at += n)
+        if ((at == list || at[-1] == ' ') && (!at[n] || at[n] == ' '))
+            return true;
+    return false;
+}
+
+bool cli_opt_is_of(const struct opt *o, const struct verb *verb)
+{
+    return !verb || !o->verbs || is_of(o->verbs, verb->name);
+}
+
+static void print_opts(const struct opt *opts, const struct verb *verb, FILE *to)
 {
     for (; opts && opts->name; opts++) {
+        if (!cli_opt_is_of(opts, verb))
+            continue;
         const char *value = opts->kind == OPT_FLAG ? "" : opts->arg ? opts->arg : "VALUE";
         char *left =
             xasprintf("%s%s%s%s", opts->name[1] ? "--" : "-", opts->name, *value ? " " : "", value);
@@ -27,18 +44,49 @@ const char *cli_prefix(const struct command *cmd)
     return strncmp(cmd->name, "nacre-", 6) ? "nacre " : "";
 }
 
-void cli_help_command(const struct command *cmd, FILE *to)
+// The examples of a verb: the lines of the notes that run it, with those they are continued on.
+static void print_examples(const struct command *cmd, const struct verb *verb, FILE *to)
 {
+    char *start = xasprintf("  nacre %s %s ", cmd->name, verb->name);
+    bool any = false, goes_on = false;
+    for (const char *line = cmd->notes; line && *line;) {
+        const size_t n = strcspn(line, "\n");
+        if (goes_on || !strncmp(line, start, strlen(start))) {
+            fprintf(to, "%s%.*s\n", any ? "" : "\n", (int)n, line);
+            any = true;
+            goes_on = n && line[n - 1] == '\\';
+        }
+        line += n + (line[n] != 0);
+    }
+    free(start);
+}
+
+void cli_help_command(const struct command *cmd, const struct verb *verb, FILE *to)
+{
+    const char *blank = verb ? " " : "", *name = verb ? verb->name : "";
+    const char *operands = verb ? verb->operands : cmd->operands;
     const char *prefix = cli_prefix(cmd);
-    fprintf(to, "%s%s - %s\n\nusage: %s%s%s%s [options]\n", prefix, cmd->name, cmd->summary, prefix,
-            cmd->name, *cmd->operands ? " " : "", cmd->operands);
-    if (cmd->opts && cmd->opts->name) {
+    fprintf(to, "%s%s%s%s - %s\n\nusage: %s%s%s%s%s%s [options]\n", prefix, cmd->name, blank, name,
+            verb ? verb->summary : cmd->summary, prefix, cmd->name, blank, name,
+            *operands ? " " : "", operands);
+    if (!verb && cmd->verbs) {
+        fputc('\n', to);
+        size_t wide = 0;
+        for (const struct verb *v = cmd->verbs; v->name; v++)
+            wide = strlen(v->operands) > wide ? strlen(v->operands) : wide;
+        for (const struct verb *v = cmd->verbs; v->name; v++)
+            fprintf(to, "  %-9s %-*s  %s\n", v->name, (int)wide, v->operands, v->summary);
+        fprintf(to, "\nnacre %s VERB --help tells the options of one.\n", cmd->name);
+    }
+    if (cmd->opts && cmd->opts->name && (verb || !cmd->verbs)) {
         fputs("\noptions\n", to);
-        print_opts(cmd->opts, to);
+        print_opts(cmd->opts, verb, to);
     }
     fputs("\neverywhere\n", to);
-    print_opts(cli_global_opts, to);
-    if (cmd->notes)
+    print_opts(cli_global_opts, NULL, to);
+    if (verb)
+        print_examples(cmd, verb, to);
+    else if (cmd->notes)
         fprintf(to, "\n%s\n", cmd->notes);
 }
 

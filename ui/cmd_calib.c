@@ -7,72 +7,97 @@
 #define AT(field) offsetof(struct calib_args, field)
 static const struct opt opts[] = {
     {"times", OPT_LIST, AT(times), "exif|T,..", "exif",
-     "dark, noise, response: exposure times, from the files or given in their order"},
+     "exposure times, from the files or given in their order", .verbs = "dark noise response"},
     {"method", OPT_CHOICE, AT(method), "debevec|robertson", "debevec",
-     "response: least squares, or alternating estimates"},
-    {"dark", OPT_FILE, AT(dark), "FILE", NULL, "noise, response of counts: a dark record"},
-    {"black", OPT_NUM, AT(black), "COUNTS", NULL, "noise: the black level (default: the files')"},
-    {"white", OPT_NUM, AT(white), "COUNTS", NULL,
-     "noise, response of counts: where pixels saturate (default: the files')"},
+     "least squares, or alternating estimates", .verbs = "response"},
+    {"dark", OPT_FILE, AT(dark), "FILE", NULL, "a dark record", .verbs = "noise response"},
+    {"black", OPT_NUM, AT(black), "COUNTS", NULL, "the black level (default: the files')",
+     .verbs = "noise"},
+    {"white", OPT_NUM, AT(white), "COUNTS", NULL, "where pixels saturate (default: the files')",
+     .verbs = "noise response"},
     {"light", OPT_TEXT, AT(light), "NAME|FILE|X,Y,Z", NULL,
-     "of a session or rig: this light; "
-     "geometry: a light record, or X,Y,Z from the board's middle along t (right), b (up), n (to "
-     "the camera)"},
-    {"filter", OPT_TEXT, AT(filter), "NAME", NULL, "of a session or rig: this filter"},
-    {"lines", OPT_NUM, AT(lines_per_m), "N", NULL,
-     "bokeh, spectral: lines of the known grating, e.g. 600/mm", UNIT_PER_M},
-    {"blaze", OPT_NUM, AT(blaze_rad), "ANGLE", NULL, "bokeh: its blaze angle, e.g. 13deg",
-     UNIT_RAD},
+     "of a session or rig: this light; for geometry a light record, or X,Y,Z from the board's "
+     "middle "
+     "along t (right), b (up), n (to the camera)",
+     .verbs = "dark noise response spectral geometry"},
+    {"filter", OPT_TEXT, AT(filter), "NAME", NULL, "of a session or rig: this filter",
+     .verbs = "dark noise response spectral"},
+    {"lines", OPT_NUM, AT(lines_per_m), "N", NULL, "lines of the known grating, e.g. 600/mm",
+     UNIT_PER_M, .verbs = "bokeh spectral"},
+    {"blaze", OPT_NUM, AT(blaze_rad), "ANGLE", NULL, "its blaze angle, e.g. 13deg", UNIT_RAD,
+     .verbs = "bokeh"},
     {"turn", OPT_TEXT, AT(turn), "auto|DEG", "auto",
-     "geometry: of the sample on the board, from t towards b; bokeh: how far the sensor shows the "
-     "sample turned counter-clockwise; auto: 0; by the lines, "
-     "which "
-     "stand upright on the sample"},
+     "geometry: of the sample on the board, from t towards b (auto: 0); bokeh: how far the sensor "
+     "shows the sample turned counter-clockwise (auto: by the lines, which stand upright on it)",
+     .verbs = "geometry bokeh"},
     {"channel", OPT_CHOICE, AT(channel), "r|g|b", NULL,
-     "bokeh, spectral: the channel to use (default b; by the wavelength)"},
+     "the channel to use (default b; by the wavelength)", .verbs = "bokeh spectral"},
     {"board", OPT_TEXT, AT(board), "COLSxROWS", NULL,
-     "lens, board: inner corners of a chessboard; with --marker squares of a ChArUco board"},
-    {"square", OPT_NUM, AT(square_m), "D", NULL, "lens, board: side of a square", UNIT_M},
-    {"marker", OPT_NUM, AT(marker_m), "D", NULL, "lens, board: side of a ChArUco board's markers",
-     UNIT_M},
+     "inner corners of a chessboard; with --marker squares of a ChArUco board",
+     .verbs = "lens board"},
+    {"square", OPT_NUM, AT(square_m), "D", NULL, "side of a square", UNIT_M, .verbs = "lens board"},
+    {"marker", OPT_NUM, AT(marker_m), "D", NULL, "side of a ChArUco board's markers", UNIT_M,
+     .verbs = "lens board"},
     {"dictionary", OPT_TEXT, AT(dictionary), "NAME", "4x4_50",
-     "lens, board: of the markers: 4x4_50, 5x5_100, 6x6_250, original, 36h11 ..."},
+     "of the markers: 4x4_50, 5x5_100, 6x6_250, original, 36h11 ...", .verbs = "lens board"},
     {"plane", OPT_FILE, AT(plane), "IMAGE", NULL,
-     "lens, geometry: the picture whose board lay where the sample lies (default: the first)"},
-    {"size", OPT_LIST, AT(size), "W,H", NULL,
-     "geometry: the sample's extent about the board's middle"},
+     "the picture whose board lay where the sample lies (default: the first)",
+     .verbs = "lens geometry"},
+    {"size", OPT_LIST, AT(size), "W,H", NULL, "the sample's extent about the board's middle",
+     .verbs = "geometry"},
     {"beam", OPT_NUM, AT(beam), "N", "0",
-     "geometry: the light's intensity falls as cos^N about its axis to the sample"},
+     "the light's intensity falls as cos^N about its axis to the sample", .verbs = "geometry"},
     {"fresnel", OPT_CHOICE, AT(fresnel), "constant|schlick", "constant",
-     "geometry: F over the angle, for the weights"},
-    {"r0", OPT_NUM, AT(r0), "R0", "0.04", "geometry: reflectance at normal incidence, for schlick"},
-    {"lens", OPT_FILE, AT(lens), "FILE", NULL, "light: the camera, a lens record"},
+     "F over the angle, for the weights", .verbs = "geometry"},
+    {"r0", OPT_NUM, AT(r0), "R0", "0.04", "reflectance at normal incidence, for schlick",
+     .verbs = "geometry"},
+    {"lens", OPT_FILE, AT(lens), "FILE", NULL, "the camera, a lens record", .verbs = "light"},
     {"radius", OPT_NUM, AT(radius_m), "R", NULL,
-     "light: of the mirror ball in the pictures; without it they show specular lobes", UNIT_M},
+     "of the mirror ball in the pictures; without it they show specular lobes", UNIT_M,
+     .verbs = "light"},
     {"ball", OPT_LIST, AT(ball), "X,Y,R,..", NULL,
-     "light: where the ball is in each picture, px (default: the largest thing)"},
+     "where the ball is in each picture, px (default: the largest thing)", .verbs = "light"},
     {"poses", OPT_LIST, AT(poses), "IMAGE,..", NULL,
-     "light: for each lobe the picture whose board lay where the sample lay (default: all views of "
-     "the lens record, in order)"},
-    {"lambda", OPT_NUM, AT(lambda_m), "L", NULL, "spectral: in place of curves, a nominal band",
-     UNIT_M},
-    {"width", OPT_NUM, AT(width_m), "W", "10nm", "spectral: its full width at half maximum",
-     UNIT_M},
+     "for each lobe the picture whose board lay where the sample lay (default: all views of "
+     "the lens record, in order)",
+     .verbs = "light"},
+    {"lambda", OPT_NUM, AT(lambda_m), "L", NULL, "in place of curves, a nominal band", UNIT_M,
+     .verbs = "spectral"},
+    {"width", OPT_NUM, AT(width_m), "W", "10nm", "its full width at half maximum", UNIT_M,
+     .verbs = "spectral"},
     {"accuracy", OPT_NUM, AT(accuracy_m), "D", "1nm",
-     "spectral: standard uncertainty of the curves' wavelengths", UNIT_M},
+     "standard uncertainty of the curves' wavelengths", UNIT_M, .verbs = "spectral"},
     {"grating", OPT_FILE, AT(grating), "PATTERN", NULL,
-     "spectral: the pattern of a grating of known --lines, to check the wavelength by"},
-    {"geometry", OPT_FILE, AT(geometry), "FILE", NULL, "spectral: half vectors of that pattern"},
-    {"h-per-pixel", OPT_NUM, AT(h_per_px), "X", NULL, "spectral: or their step, and ..."},
-    {"center", OPT_TEXT, AT(center), "X,Y", "auto", "spectral: ... the pixel where h = 0"},
+     "the pattern of a grating of known --lines, to check the wavelength by", .verbs = "spectral"},
+    {"geometry", OPT_FILE, AT(geometry), "FILE", NULL, "half vectors of that pattern",
+     .verbs = "spectral"},
+    {"h-per-pixel", OPT_NUM, AT(h_per_px), "X", NULL, "or their step, and ...",
+     .verbs = "spectral"},
+    {"center", OPT_TEXT, AT(center), "X,Y", "auto", "... the pixel where h = 0",
+     .verbs = "spectral"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "the record", .needed = true},
     {0},
 };
 
-static const struct verb {
+static const struct verb verbs[] = {
+    {"dark", "FRAME...|SESSION", "black level, read noise, dark current, hot pixels"},
+    {"noise", "FRAME...|SESSION", "gain, read noise and PRNU from pairs of equal exposures"},
+    {"response", "IMAGE...|SESSION", "the curve of 8-bit pictures; of counts a linearity check"},
+    {"flat", "PICTURE", "vignetting and fall-off, from an even target"},
+    {"lens", "IMAGE...", "focal length, distortion, poses, from a printed board"},
+    {"board", "", "such a board, to print"},
+    {"light", "PICTURE...", "where the light is, from mirror balls or specular lobes"},
+    {"geometry", "LENS",
+     "half vector, cosines and weight of every pixel, for nacre lut --geometry"},
+    {"spectral", "[CURVE.csv...|RIG]", "effective wavelength and band, checked by a known grating"},
+    {"bokeh", "IMAGE", "scale, turn, blur of bokeh photographs, from a known grating"},
+    {0},
+};
+
+static const struct job {
     const char *name;
     bool (*run)(const struct calib_args *a, struct cli *cli, struct err *e);
-} verbs[] = {
+} jobs[] = {
     {"dark", calib_dark},
     {"noise", calib_noise},
     {"response", calib_response},
@@ -91,7 +116,7 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     struct cli rest = *cli;
     rest.n--;
     rest.operand++;
-    for (const struct verb *v = verbs; v->name; v++)
+    for (const struct job *v = jobs; v->name; v++)
         if (!strcmp(v->name, cli->operand[0])) {
             if (rest.n < 1 && v->run != calib_board && v->run != calib_spectral)
                 return err_set(e, ERR_USAGE, "calib %s: needs a file to work on", v->name);
@@ -112,19 +137,12 @@ const struct command cmd_calib = {
     .max_operands = 256,
     .opts = opts,
     .args_size = sizeof(struct calib_args),
+    .verbs = verbs,
     .notes =
-        "dark      FRAME...|SESSION   black level, read noise, dark current, hot pixels\n"
-        "noise     FRAME...|SESSION   gain, read noise and PRNU from pairs of equal exposures\n"
-        "response  IMAGE...|SESSION   the curve of 8-bit pictures; of counts a linearity check\n"
-        "flat      PICTURE            vignetting and fall-off, from an even target\n"
-        "lens      IMAGE...           focal length, distortion, poses, from a printed board\n"
-        "board                        such a board, to print\n"
-        "light     PICTURE...         where the light is, from mirror balls or specular lobes\n"
-        "geometry  LENS               half vector, cosines and weight of every pixel: an .exr for\n"
-        "                             nacre lut --geometry\n"
-        "spectral  CURVE.csv...|RIG   effective wavelength and band, checked by a known grating\n"
-        "bokeh     IMAGE              scale, turn, blur of bokeh photographs, from a grating\n"
+        "  nacre calib dark dark*.dng -o dark.yaml\n"
         "  nacre calib noise session --filter open -o noise.yaml\n"
+        "  nacre calib response bracket*.jpg -o response.yaml\n"
+        "  nacre calib board --board 9x6 --square 25mm -o board.png\n"
         "  nacre calib lens board*.png --board 9x6 --square 25mm -o lens.yaml\n"
         "  nacre calib light ball1.exr ball2.exr --lens lens.yaml --radius 20mm -o light.yaml\n"
         "  nacre calib geometry lens.yaml --light light.yaml -o geometry.exr\n"

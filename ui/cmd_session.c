@@ -51,8 +51,7 @@ static bool show(struct session *s, const struct session_args *a, struct cli *cl
     }
     for (int k = 0; k < n; k++)
         list_frame(&frame[k], cli);
-    const bool ok =
-        session_describe_meterings(s, cli->doc, e) &&
+    const bool ok = session_describe_meterings(s, cli->doc, e) &&
                     (!cli->json || session_describe_history(s, cli->doc, e)) &&
                     session_describe_products(s, cli->doc, e);
     free(created);
@@ -79,13 +78,13 @@ static bool verify(struct session *s, const struct session_args *a, struct cli *
 static const struct {
     const char *name;
     bool (*call)(struct session *s, const struct session_args *a, struct cli *cli, struct err *e);
-} verbs[] = {
+} jobs[] = {
     {"show", show},
     {"verify", verify},
     {"replay", session_replay},
     {"export", session_export},
 };
-enum { VERBS = sizeof verbs / sizeof *verbs };
+enum { JOBS = sizeof jobs / sizeof *jobs };
 
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
@@ -93,21 +92,30 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     const char *verb = cli->operand[0];
     struct session *s;
     size_t k = 0;
-    while (k < VERBS && strcmp(verb, verbs[k].name) != 0)
+    while (k < JOBS && strcmp(verb, jobs[k].name) != 0)
         k++;
-    if (k == VERBS)
+    if (k == JOBS)
         return err_set(e, ERR_USAGE, "'%s' is not one of show, verify, replay, export", verb);
     if (!session_open(&s, cli->operand[1], SESSION_READ, e))
         return false;
-    const bool ok = verbs[k].call(s, a, cli, e);
+    const bool ok = jobs[k].call(s, a, cli, e);
     session_close(s);
     return ok;
 }
 
 #define AT(field) offsetof(struct session_args, field)
 static const struct opt options[] = {
-    {"o", OPT_FILE, AT(out), "FOLDER", NULL, "export: the folder to make"},
-    {"verify", OPT_FLAG, AT(verify), .help = "replay: only compare; nothing is replaced"},
+    {"o", OPT_FILE, AT(out), "FOLDER", NULL, "the folder to make", .verbs = "export"},
+    {"verify", OPT_FLAG, AT(verify), .help = "only compare; nothing is replaced",
+     .verbs = "replay"},
+    {0},
+};
+
+static const struct verb verbs[] = {
+    {"show", "SESSION", "what was planned and photographed; --json has every detail"},
+    {"verify", "SESSION", "read every file again: is it complete, partial or damaged?"},
+    {"replay", "SESSION", "make every product again by its own command, compare the bytes"},
+    {"export", "SESSION", "a BagIt folder: every file with its SHA-256, the ledger as JSON"},
     {0},
 };
 
@@ -119,14 +127,12 @@ const struct command cmd_session = {
     .max_operands = 2,
     .opts = options,
     .args_size = sizeof(struct session_args),
-    .notes = "show    what was planned and what was photographed; --json has every detail\n"
-             "verify  reads every file again: complete (exit 0), partial (6) or damaged (3)\n"
-             "replay  makes every product again, by the command that made it, and compares the\n"
-             "        bytes: all the same (exit 0), or which are not (6); products are files that\n"
-             "        -o puts into SESSION/products, and those made from SESSION elsewhere\n"
-             "export  a BagIt folder: every file with its SHA-256, and the ledger as JSON\n"
+    .verbs = verbs,
+    .notes = "verify ends with 0 when the session is complete, 6 when partial, 3 when damaged;\n"
+             "replay with 0 when all bytes are the same, 6 when not, naming which. Products are\n"
+             "files that -o puts into SESSION/products, and those made from SESSION elsewhere.\n\n"
              "  nacre session show lcd --json\n"
              "  nacre hdr lcd -o lcd/products/radiance.exr; nacre session replay lcd --verify\n"
-             "  nacre session export lcd -o lcd-bag\n",
+             "  nacre session export lcd -o lcd-bag",
     .run = run,
 };
