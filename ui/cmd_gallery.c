@@ -213,8 +213,8 @@ static char *picture_words(const struct gallery *g, const char *scene, const cha
     char *map = words_quote(other ? g->args->environment : "");
     char *size = words_quote(g->args->size);
     char *path = xasprintf("%s/%s.png", g->args->out, file), *png = words_quote(path);
-    char *words =
-        xasprintf("%s%s%s --size %s -o %s", begin, other ? " --environment " : "", map, size, png);
+    char *words = xasprintf("%s%s%s --size %s -o %s", begin, other ? " --environment " : "",
+                            other ? map : "", size, png);
     free(line);
     free(begin);
     free(map);
