@@ -1,5 +1,6 @@
 // test_gltf.c - glTF meshes: as the same triangles in OBJ, placed by nodes, and files that are
 // wrong.
+#include "tests/run.h"
 #include "tests/test.h"
 
 #include "render/mesh.h"
@@ -86,13 +87,12 @@ static void write_file(const char *path, const void *data, size_t size)
     assert_int_equal(fclose(f), 0);
 }
 
-static const char path[] = "/tmp/nacre_test_mesh.gltf", glb[] = "/tmp/nacre_test_mesh.glb";
+static const char path[] = "mesh.gltf", glb[] = "mesh.glb";
 
 static bool read_text(const char *text, const struct vec3 *tangent, struct mesh *m, struct err *e)
 {
     write_file(path, text, strlen(text));
     const bool ok = mesh_read(m, path, 1, tangent, e);
-    unlink(path);
     return ok;
 }
 
@@ -116,6 +116,7 @@ static bool read_quad(const char *attributes, const char *node, const struct vec
 
 TEST(a_quad_has_its_vertices_normals_and_tangents)
 {
+    enter_scratch("gltf");
     struct mesh m;
     struct err e;
     if (!read_quad(ALL, "", NULL, &m, &e))
@@ -133,6 +134,7 @@ TEST(a_quad_has_its_vertices_normals_and_tangents)
 
 TEST(tangents_that_are_missing_follow_the_texture_or_the_scene)
 {
+    enter_scratch("gltf");
     struct mesh m;
     struct err e;
     const struct vec3 up = v3(0, 3, 1);
@@ -144,7 +146,7 @@ TEST(tangents_that_are_missing_follow_the_texture_or_the_scene)
     assert_near(m.vertex[0].t.y, 1, 1e-12);
     mesh_finish(&m);
     assert_false(read_quad("", "", NULL, &m, &e));
-    assert_string_equal(e.msg, "/tmp/nacre_test_mesh.gltf: has no texture coordinates to take "
+    assert_string_equal(e.msg, "mesh.gltf: has no texture coordinates to take "
                                "tangents from: give the mesh some, or 'tangents: fixed' in the "
                                "scene");
     assert_int_equal(e.code, ERR_DATA);
@@ -152,6 +154,7 @@ TEST(tangents_that_are_missing_follow_the_texture_or_the_scene)
 
 TEST(nodes_place_a_mesh)
 {
+    enter_scratch("gltf");
     struct mesh m;
     struct err e;
     // A quarter turn about y takes x to -z; scaled before it, moved after.
@@ -176,6 +179,7 @@ TEST(nodes_place_a_mesh)
 
 TEST(a_binary_file_and_one_beside_hold_the_same)
 {
+    enter_scratch("gltf");
     const struct quad q = quad();
     struct mesh m;
     struct err e;
@@ -196,15 +200,14 @@ TEST(a_binary_file_and_one_beside_hold_the_same)
     mesh_finish(&m);
     write_file(glb, file, 28 + n + q.size - 1);
     assert_false(mesh_read(&m, glb, 1, NULL, &e));
-    assert_string_equal(e.msg, "/tmp/nacre_test_mesh.glb: is cut off");
-    unlink(glb);
+    assert_string_equal(e.msg, "mesh.glb: is cut off");
     free(text);
 
-    write_file("/tmp/nacre test mesh.bin", q.bytes, q.size);
+    write_file("nacre test mesh.bin", q.bytes, q.size);
     text = text_of("\"uri\": \"nacre%20test%20mesh.bin\"", ALL, "");
     assert_true(read_text(text, NULL, &m, &e));
     mesh_finish(&m);
-    unlink("/tmp/nacre test mesh.bin");
+    unlink("nacre test mesh.bin");
     assert_false(read_text(text, NULL, &m, &e));
     assert_int_equal(e.code, ERR_FILE);
     assert_non_null(strstr(e.msg, "nacre test mesh.bin: cannot open: No such file"));
@@ -238,6 +241,7 @@ static bool read_spoilt(const char *from, const char *to, struct err *e)
 
 TEST(bad_files_say_what_is_wrong)
 {
+    enter_scratch("gltf");
     static const struct {
         const char *from, *to, *says;
     } bad[] = {
@@ -273,6 +277,7 @@ TEST(bad_files_say_what_is_wrong)
 
 TEST(other_files_are_refused_by_their_name)
 {
+    enter_scratch("gltf");
     struct mesh m;
     struct err e;
     assert_false(mesh_read(&m, "thing.stl", 1, NULL, &e));

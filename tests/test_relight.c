@@ -4,12 +4,14 @@
 #include "core/imgfile.h"
 #include "render/relight.h"
 #include "tests/render_fixture.h"
+#include "tests/run.h"
 
-static const char pattern[] = "/tmp/nacre_test_pattern.exr", scene[] = "/tmp/nacre_test_light.yaml";
+static const char pattern[] = "pattern.exr", scene[] = "light.yaml";
 
 // Lobes of a crossed grating at 530 nm, 0.002 a pixel.
 static void write_pattern(void)
 {
+    enter_scratch("relight");
     struct image im;
     struct err e;
     assert_true(image_init(&im, 301, 301, 1, &e));
@@ -36,9 +38,8 @@ static bool read_with(const char *illuminant, const char *sample, struct scene *
     return scene_read(s, scene, &o, e);
 }
 
-static const char photo[] =
-    "photo: {file: nacre_test_pattern.exr, lambda: 530nm, h-per-pixel: 2e-3,"
-    " f0: 0.2, range: 0.3, nodes: 65}";
+static const char photo[] = "photo: {file: pattern.exr, lambda: 530nm, h-per-pixel: 2e-3,"
+                            " f0: 0.2, range: 0.3, nodes: 65}";
 
 static struct image drawn(const struct scene *s)
 {
@@ -107,19 +108,15 @@ TEST(lights_that_cannot_be_are_refused)
     assert_int_equal(e.code, ERR_DATA);
 
     struct table t; // a table holds its light
-    assert_true(fixture_lcd(&t, 17, 0.3, 1, &e) && table_write(&t, "/tmp/nacre_test_lit.exr", &e));
+    assert_true(fixture_lcd(&t, 17, 0.3, 1, &e) && table_write(&t, "lit.exr", &e));
     table_finish(&t);
-    assert_false(read_with("A", "table: nacre_test_lit.exr", &s, &e));
-    assert_string_equal(e.msg,
-                        "/tmp/nacre_test_light.yaml: the table of sample cannot be lit by A: "
-                        "a 'photo' in its place can");
+    assert_false(read_with("A", "table: lit.exr", &s, &e));
+    assert_string_equal(e.msg, "light.yaml: the table of sample cannot be lit by A: "
+                               "a 'photo' in its place can");
     assert_false(read_with(
         NULL, "photo: {file: none.exr, lambda: 530nm, h-per-pixel: 2e-3, f0: 0.2}", &s, &e));
-    assert_string_equal(e.msg, "/tmp/nacre_test_light.yaml:5: /tmp/none.exr: cannot open: No such "
+    assert_string_equal(e.msg, "light.yaml:5: none.exr: cannot open: No such "
                                "file or directory");
-    unlink("/tmp/nacre_test_lit.exr");
-    unlink(pattern);
-    unlink(scene);
 }
 
 TEST_MAIN(cmocka_unit_test(a_scene_under_another_light_is_the_scene_read_with_it),
