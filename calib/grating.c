@@ -230,10 +230,6 @@ bool grating_find(struct grating *out, const struct disc *d, const float *flat, 
     g.ky = k * sin(angle);
     refine(d, flat, w, h, -1, &g.kx, &g.ky);
     g.lines = hypot(g.kx, g.ky) * 2 * d->radius_px;
-    if (g.lines < 5)
-        return err_set(e, ERR_DATA,
-                       "only %.1f lines in the disc of %.0f px: 5 or more are needed for a scale",
-                       g.lines, 2 * d->radius_px);
     double sum = 0, squares = 0;
     for (int q = 0; q < 4; q++) {
         double kx = g.kx, ky = g.ky;
@@ -248,9 +244,15 @@ bool grating_find(struct grating *out, const struct disc *d, const float *flat, 
     const double contrast = 2 * cabs(g.f[1]);
     if (contrast < 0.01 || contrast < 10 * g.f_sigma)
         return err_set(e, ERR_DATA,
-                       "no lines in the disc: the strongest pattern (%.1f lines) has a contrast of "
-                       "%.2g, its noise is %.1g",
+                       "no lines in the disc, or finer ones than the optics show: the strongest "
+                       "pattern (%.1f lines) has a contrast of %.2g, its noise is %.1g",
                        g.lines, contrast, 2 * g.f_sigma);
+    if (g.lines < 5)
+        return err_set(
+            e, ERR_DATA,
+            "only %.1f lines in the disc of %.0f px (finer ones are lost in the optics): 5 or "
+            "more are needed for a scale",
+            g.lines, 2 * d->radius_px);
     if (g.harmonics < 2 || cabs(g.f[2]) < 5 * g.f_sigma)
         return err_set(
             e, ERR_DATA,

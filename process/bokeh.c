@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "process/bokeh.h"
 #include "core/mem.h"
+#include "process/bokeh_lines.h"
 #include "process/bspline.h"
 #include "process/deconvolve.h"
 #include "process/level.h"
@@ -12,6 +13,9 @@
 #include <string.h>
 
 static const double GREEN_M = 520e-9; // the wavelength of T17's 343 lp/mm at f/5.6
+
+static const double UNEXPLAINED =
+    0.05; // variance that lines may leave to be taken for all there is
 
 // A part of the picture round the disc, flat: 1 is the level of the calibration.
 struct flat {
@@ -54,7 +58,9 @@ static bool sharpen(struct flat *f, const struct bokeh_record *rec, int *iterati
     const bool ok =
         b && sharp &&
         deconvolve(b, f->w, f->h, f->px,
-                   &(struct deconvolve_options){.iterations = rec->iterations}, sharp, &res, e);
+                   &(struct deconvolve_options){
+                       .iterations = rec->iterations, .accelerate = true, .tv = BOKEH_TV},
+                   sharp, &res, e);
     if (ok) {
         free(f->px);
         f->px = sharp;
@@ -76,9 +82,10 @@ static void picture_from_sample(double turn, double x, double y, double *i, doub
 }
 
 // The largest square inside 0.97 of the disc, less what the deconvolution spoils at the rim; turned
-// back. A turn by quarters takes samples as they are, about the pixel nearest to the centre.
+// back. A turn by quarters takes samples as they are, about the pixel nearest to the centre. With
+// lines, samples are theirs.
 static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_record *rec,
-                       struct hfield *out, struct err *e)
+                       const struct lines *lines, struct hfield *out, struct err *e)
 {
     const double reach = 0.97 * d->radius_px - 3 * rec->sigma_px;
     const int half = (int)floor(reach / M_SQRT2), n = 2 * half + 1;
@@ -90,21 +97,27 @@ static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_
     if (!hfield_init(&hf, n, n, rec->m_per_px, rec->m_per_px, e))
         return false;
     const double quarters = rec->turn_rad / (M_PI / 2);
-    const bool exact = fabs(quarters - round(quarters)) < 1e-9;
+    const bool exact = fabs(quarters - round(quarters)) < 1e-6; // records have 9 digits
     const double turn = exact ? round(quarters) * (M_PI / 2) : rec->turn_rad;
-    const double cx = d->cx_px - f->left, cy = d->cy_px - f->top;
-    if (!exact)
+    double cx = d->cx_px - f->left, cy = d->cy_px - f->top;
+    if (exact) {
+        cx = round(cx);
+        cy = round(cy);
+    } else if (!lines) {
         bspline_fit_image(f->px, f->w, f->h, BSPLINE_CUBIC);
+    }
 #pragma omp parallel for schedule(static)
     for (int y = -half; y <= half; y++)
         for (int x = -half; x <= half; x++) {
             double i, j;
             picture_from_sample(turn, x, y, &i, &j);
-            const float v = exact ? f->px[(size_t)lround(round(cy) + j) * (size_t)f->w +
-                                          (size_t)lround(round(cx) + i)]
-                                  : (float)bspline_at(f->px, f->w, f->h, cx + i, cy + j);
+            const double v =
+                lines ? lines_at(lines, cx + i, cy + j)
+                : exact
+                    ? (double)f->px[(size_t)lround(cy + j) * (size_t)f->w + (size_t)lround(cx + i)]
+                    : bspline_at(f->px, f->w, f->h, cx + i, cy + j);
             hf.z[(size_t)(y + half) * (size_t)n + (size_t)(x + half)] =
-                (float)(rec->gain_m * ((double)v - rec->offset));
+                (float)(rec->gain_m * (v - rec->offset));
         }
     *out = hf;
     return true;
@@ -134,31 +147,40 @@ static double score(const float *px, int w, int h, const struct disc *d)
     return n && fast > 0 && mean > 0 ? sqrt(slow / fast) : 0;
 }
 
-// The mean along the lines: heights become a function of the distance across them.
-static bool average_lines(struct hfield *hf, double direction_rad, struct err *e)
+// The mean along the lines: heights become a function of the distance across them, where that
+// leaves less than `most` of their variance; *done tells.
+static bool average_lines(struct hfield *hf, double direction_rad, double most, bool *done,
+                          struct err *e)
 {
     const double c = cos(direction_rad), s = sin(direction_rad),
                  reach = 0.5 * (hf->nx - 1) * M_SQRT2;
     const int bins = 2 * (int)ceil(reach) + 3;
     double *sum = sample_alloc((size_t)bins, sizeof *sum, "profile", e);
     double *weight = sample_alloc((size_t)bins, sizeof *weight, "profile", e);
+    double left = 0, all = 0, mean = 0;
     const bool ok = sum && weight;
-    for (int pass = 0; ok && pass < 2;
-         pass++) { // gather into bins by linear sharing, then spread back
+    *done = false;
+    // gather into bins by linear sharing; see what they leave; spread back
+    for (int pass = 0; ok && pass < (left < most * all ? 3 : 2); pass++) {
         for (int j = 0; j < hf->ny; j++)
             for (int i = 0; i < hf->nx; i++) {
                 float *z = hf->z + (size_t)j * (size_t)hf->nx + (size_t)i;
                 const double across =
                     c * (i - 0.5 * (hf->nx - 1)) + s * (j - 0.5 * (hf->ny - 1)) + bins / 2;
                 const int k = (int)across;
-                const double f = across - k;
+                const double f = across - k, line = (1 - f) * sum[k] + f * sum[k + 1];
                 if (pass == 0) {
                     sum[k] += (1 - f) * (double)*z;
                     weight[k] += 1 - f;
                     sum[k + 1] += f * (double)*z;
                     weight[k + 1] += f;
+                    mean += (double)*z / ((double)hf->nx * hf->ny);
+                } else if (pass == 1) {
+                    left += ((double)*z - line) * ((double)*z - line);
+                    all += ((double)*z - mean) * ((double)*z - mean);
                 } else {
-                    *z = (float)((1 - f) * sum[k] + f * sum[k + 1]);
+                    *z = (float)line;
+                    *done = true;
                 }
             }
         for (int k = 0; pass == 0 && k < bins; k++)
@@ -169,24 +191,20 @@ static bool average_lines(struct hfield *hf, double direction_rad, struct err *e
     return ok;
 }
 
-static bool finish(struct hfield *hf, const struct bokeh_options *opt, const struct image *im,
-                   struct bokeh_result *res, struct err *e)
+static bool finish(struct hfield *hf, const struct bokeh_options *opt, bool folded,
+                   const struct image *im, struct bokeh_result *res, struct err *e)
 {
     if (opt->level && !hfield_level(hf, LEVEL_PLANE, e))
         return false;
     res->n_periods = hfield_periods(hf, res->period, e);
     if (res->n_periods < 0)
         return false;
-    const bool one = res->n_periods == 1 ||
-                     (res->n_periods == 2 &&
-                      fmin(res->period[0].amplitude_m, res->period[1].amplitude_m) <
-                          0.05 * fmax(res->period[0].amplitude_m, res->period[1].amplitude_m));
-    res->averaged =
-        res->n_periods && (opt->lines == BOKEH_1D || (opt->lines == BOKEH_1D_IF_LINES && one));
-    if (res->averaged) {
+    res->averaged = folded;
+    if (!folded && res->n_periods && opt->lines != BOKEH_2D) { // lines without a second harmonic
         const int k =
             res->n_periods == 2 && res->period[1].amplitude_m > res->period[0].amplitude_m;
-        if (!average_lines(hf, res->period[k].direction_rad, e))
+        if (!average_lines(hf, res->period[k].direction_rad,
+                           opt->lines == BOKEH_1D ? INFINITY : UNEXPLAINED, &res->averaged, e))
             return false;
     }
     double f_number = 5.6;
@@ -203,18 +221,31 @@ static bool finish(struct hfield *hf, const struct bokeh_options *opt, const str
     return true;
 }
 
-bool bokeh_height(const struct image *im, const struct bokeh_record *rec,
+// Whether the disc is taken for lines: told so, or because they explain nearly all of it.
+static bool take_lines(struct lines *l, const struct flat *f, const struct disc *d,
+                       const struct bokeh_record *rec, const struct bokeh_options *opt)
+{
+    const struct disc at = {d->cx_px - f->left, d->cy_px - f->top, d->radius_px, d->residual_px};
+    struct err none;
+    return opt->lines != BOKEH_2D && lines_find(l, &at, f->px, f->w, f->h, rec->sigma_px, &none) &&
+           (opt->lines == BOKEH_1D || l->unexplained < UNEXPLAINED);
+}
+
+bool bokeh_height(const struct image *im, const struct bokeh_record *record,
                   const struct bokeh_options *opt, struct hfield *out, struct bokeh_result *res,
                   struct err *e)
 {
     struct image one = {0};
     struct flat f = {0};
     struct hfield hf = {0};
+    struct bokeh_record one_channel = *record, *rec = &one_channel;
     *res = (struct bokeh_result){0};
     const char *name = opt->channel ? opt->channel : im->nc == 1 ? "Y" : rec->channel;
     const int c = im->nc == 1 ? 0 : image_channel_index(im, name);
     if (c < 0)
         return err_set(e, ERR_DATA, "the picture has no channel '%s'", name);
+    if (im->nc > 1 && !bokeh_record_select(rec, name, e))
+        return false;
     snprintf(res->channel, sizeof res->channel, "%.7s", name);
     bool ok = image_channel(im, c, &one, e) && disc_find(&res->disc, one.px, one.w, one.h, e);
     for (int k = 0; ok && k < 3 && k < im->nc; k++) {
@@ -224,11 +255,16 @@ bool bokeh_height(const struct image *im, const struct bokeh_record *rec,
             res->score[k] = score(other.px, other.w, other.h, &res->disc);
         image_finish(&other);
     }
-    ok = ok &&
-         flat_init(&f, one.px, one.w, one.h, &res->disc, bokeh_record_level(rec, im),
-                   6 * rec->sigma_px, e) &&
-         sharpen(&f, rec, &res->iterations, e) && cut_square(&f, &res->disc, rec, &hf, e) &&
-         finish(&hf, opt, im, res, e);
+    struct lines lines;
+    bool folded = false;
+    ok = ok && flat_init(&f, one.px, one.w, one.h, &res->disc, bokeh_record_level(rec, im),
+                         6 * rec->sigma_px, e);
+    if (ok) {
+        folded = take_lines(&lines, &f, &res->disc, rec, opt);
+        ok = (folded || sharpen(&f, rec, &res->iterations, e)) &&
+             cut_square(&f, &res->disc, rec, folded ? &lines : NULL, &hf, e) &&
+             finish(&hf, opt, folded, im, res, e);
+    }
     if (ok)
         *out = hf;
     else

@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "process/bokeh.h"
 #include "ui/child.h"
+#include "ui/linear.h"
 #include "ui/words.h"
 #include <math.h>
 #include <stdlib.h>
@@ -41,11 +42,13 @@ bool bokeh_heights(struct hfield *hf, const char *source, const char *record, co
     struct bokeh_record rec;
     struct image im = {0};
     struct bokeh_result result;
-    const struct bokeh_options opt = {.level = true, .lines = BOKEH_2D, .f_number = NAN};
+    const struct bokeh_options opt = {.level = true, .lines = BOKEH_1D_IF_LINES, .f_number = NAN};
     bool ok =
         bokeh_record_read(&rec, record, e) &&
         (is_folder(source) ? merge(&im, source, scratch, e)
                            : image_read(&im, source, e) && image_check_finite(&im, source, e));
+    if (ok)
+        make_linear(&im, source);
     if (ok && !bokeh_height(&im, &rec, &opt, hf, &result, e))
         ok = err_in(e, "%s", source);
     image_finish(&im);

@@ -5,9 +5,9 @@
 #include "core/imgfile.h"
 #include "core/log.h"
 #include "core/mem.h"
-#include "core/spectrum.h"
 #include "process/deconvolve.h"
 #include "ui/calib.h"
+#include "ui/linear.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,35 +32,20 @@ static double turn_of(const struct grating *g)
     return angle - M_PI * (ceil(angle / M_PI) - 1) - M_PI / 4;
 }
 
-static bool pick_channel(struct work *w, const struct calib_args *a, const char *path,
-                         struct bokeh_record *r, struct err *e)
+static bool read_picture(struct image *im, const char *path, struct bokeh_record *r, struct err *e)
 {
-    struct image im = {0};
-    double encoded = 0;
-    if (!image_read(&im, path, e) || !image_check_finite(&im, path, e)) {
-        image_finish(&im);
+    if (!image_read(im, path, e) || !image_check_finite(im, path, e))
         return false;
-    }
-    const char *name = a->channel ? a->channel : "b";
-    snprintf(r->channel, sizeof r->channel, "%c", im.nc == 1 ? 'Y' : name[0] - 'a' + 'A');
-    const int c = im.nc == 1 ? 0 : image_channel_index(&im, r->channel);
-    const bool ok = (c >= 0 || err_set(e, ERR_DATA, "%s: has no channel %s", path, r->channel)) &&
-                    image_channel(&im, c, &w->one, e);
-    if (ok && meta_num(&im.meta, "nacre.encoded", &encoded) && encoded > 0) {
-        log_note("%s: 8-bit samples taken as sRGB and made linear", path);
-        for (int k = 0; k < im.w * im.h; k++)
-            w->one.px[k] = (float)srgb_decode((double)w->one.px[k]);
-    }
+    make_linear(im, path);
     record_init(&r->head, "bokeh", "this lens at this focus, aperture, distance and light", NAN,
                 "rmse of the blaze, of its height");
-    record_from_image(&r->head, &im);
-    if (!meta_num(&im.meta, "expTime", &r->exposure_s))
+    record_from_image(&r->head, im);
+    if (!meta_num(&im->meta, "expTime", &r->exposure_s))
         r->exposure_s = NAN;
-    image_finish(&im);
-    return ok;
+    return true;
 }
 
-static bool measure(struct work *w, const struct bokeh_record *r, struct err *e)
+static bool measure(struct work *w, struct err *e)
 {
     struct disc d;
     const int width = w->one.w, height = w->one.h;
@@ -72,11 +57,16 @@ static bool measure(struct work *w, const struct bokeh_record *r, struct err *e)
     if (!grating_find(&w->grating, &d, w->flat, width, height, e) ||
         !grating_fit_blaze(&w->grating, &w->blaze, e))
         return false;
+    return true;
+}
+
+// The true profile against the one that folding and sharpening give (T17 eq. 27).
+static void judge(struct work *w, const struct bokeh_record *r)
+{
     double gain, offset;
     grating_sharpen(&w->grating, w->blaze.sigma_px, w->profile);
     grating_affine(w->profile, &w->blaze, tan(r->blaze_rad) / r->lines_per_m, &gain, &offset,
                    &w->rmse);
-    return true;
 }
 
 // Rounds of Richardson-Lucy by its own rule, on the part of the disc that is sharp: the square in
@@ -87,7 +77,7 @@ static bool choose_iterations(struct work *w, struct bokeh_record *r, struct err
     const int half = (int)(0.65 * d->radius_px), side = 2 * half + 1;
     const int left = (int)lround(d->cx_px) - half, top = (int)lround(d->cy_px) - half;
     const size_t n = (size_t)side * (size_t)side;
-    const struct deconvolve_options opt = {.accelerate = true};
+    const struct deconvolve_options opt = {.accelerate = true, .tv = BOKEH_TV, .most = 100};
     struct deconvolve_result res;
     float *in = sample_alloc(n, sizeof *in, "square", e),
           *out = sample_alloc(n, sizeof *out, "square", e);
@@ -151,30 +141,90 @@ static void report(const struct work *w, const struct bokeh_record *r, struct do
     doc_text(d, "blaze_rises", w->blaze.rises > 0 ? "along +x" : "along -x");
     doc_num(d, "rmse", w->rmse);
     doc_num(d, "rmse_richardson_lucy", w->rmse_rl);
+    for (int k = 0; k < r->n_other; k++) {
+        struct doc *item = doc_item(d, "others");
+        doc_text(item, "channel", r->other[k].name);
+        doc_num(item, "psf_sigma_px", r->other[k].sigma_px);
+        doc_num(item, "gain_m", r->other[k].gain_m);
+        doc_num(item, "psf_held_out", r->other[k].rmse);
+    }
+}
+
+static void work_finish(struct work *w)
+{
+    image_finish(&w->one);
+    free(w->flat);
+}
+
+static bool calibrate(struct work *w, const struct image *im, const char *name,
+                      const struct bokeh_record *r, struct bokeh_channel *out, struct err *e)
+{
+    const int c = im->nc == 1 ? 0 : image_channel_index(im, name);
+    if (c < 0)
+        return err_set(e, ERR_DATA, "has no channel %s", name);
+    if (!image_channel(im, c, &w->one, e) || !measure(w, e))
+        return false;
+    // the blurred blaze fitted to the picture: I = 1 + contrast (t - 1/2), 0 at the bottom
+    *out = (struct bokeh_channel){
+        .sigma_px = w->blaze.sigma_px,
+        .iterations = r->iterations,
+        .gain_m = tan(r->blaze_rad) / r->lines_per_m / w->blaze.contrast,
+        .offset = 1 - 0.5 * w->blaze.contrast,
+        .level = w->light.level,
+        .rmse = w->blaze.held_out,
+    };
+    snprintf(out->name, sizeof out->name, "%s", name);
+    return true;
+}
+
+// What the picture's other channels give; one that shows the lines too weakly is left out.
+static void calibrate_others(const struct image *im, struct bokeh_record *r)
+{
+    static const char *const names[] = {"B", "G", "R"};
+    for (int k = 0; k < 3 && r->n_other < 2; k++) {
+        struct work w = {0};
+        struct err why;
+        if (!strcmp(names[k], r->channel) || image_channel_index(im, names[k]) < 0)
+            continue;
+        if (calibrate(&w, im, names[k], r, &r->other[r->n_other], &why))
+            r->n_other++;
+        else
+            log_note("channel %s is not calibrated: %s", names[k], why.msg);
+        work_finish(&w);
+    }
 }
 
 bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e)
 {
     struct bokeh_record r = {0};
     struct work w = {0};
+    struct image im = {0};
     const char *path = cli->operand[0];
     if (!parse(a, &r, e))
         return false;
     if (cli->n != 1)
         return err_set(e, ERR_USAGE, "calib bokeh: takes one photograph");
-    bool ok = pick_channel(&w, a, path, &r, e);
-    if (ok && (!measure(&w, &r, e) || !choose_iterations(&w, &r, e)))
-        ok = err_in(e, "%s", path);
+    bool ok = read_picture(&im, path, &r, e);
+    if (ok) {
+        struct bokeh_channel first;
+        const char name[] = {
+            im.nc == 1 ? 'Y' : (char)((a->channel ? *a->channel : 'b') - 'a' + 'A'), 0};
+        ok = (calibrate(&w, &im, name, &r, &first, e) && choose_iterations(&w, &r, e)) ||
+             err_in(e, "%s", path);
+        if (ok) {
+            judge(&w, &r);
+            first.iterations = r.iterations;
+            first.rmse = w.rmse;
+            bokeh_record_take(&r, &first);
+        }
+    }
     if (ok) {
         const struct disc *d = &w.light.disc;
-        const double k = hypot(w.grating.kx, w.grating.ky),
-                     height = tan(r.blaze_rad) / r.lines_per_m;
         r.cx_px = d->cx_px;
         r.cy_px = d->cy_px;
         r.radius_px = d->radius_px;
-        r.level = w.light.level;
         r.lines = w.grating.lines;
-        r.m_per_px = k / r.lines_per_m;
+        r.m_per_px = hypot(w.grating.kx, w.grating.ky) / r.lines_per_m;
         r.m_per_px_sigma = w.grating.k_sigma / r.lines_per_m;
         const double turn = turn_of(&w.grating);
         // does the blaze rise along the sample's +x?
@@ -182,15 +232,12 @@ bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e)
         w.blaze.rises *= along < 0 ? -1 : 1;
         if (isnan(r.turn_rad))
             r.turn_rad = turn;
-        r.sigma_px = w.blaze.sigma_px;
-        // the blurred blaze fitted to the picture: I = 1 + contrast (t - 1/2), 0 at the bottom
-        r.gain_m = height / w.blaze.contrast;
-        r.offset = 1 - 0.5 * w.blaze.contrast;
-        r.rmse = r.head.residual = w.rmse;
+        r.head.residual = r.rmse;
+        calibrate_others(&im, &r);
         ok = bokeh_record_write(&r, cli->line, a->out, e);
         report(&w, &r, cli->doc);
     }
-    image_finish(&w.one);
-    free(w.flat);
+    image_finish(&im);
+    work_finish(&w);
     return ok;
 }

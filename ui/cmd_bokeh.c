@@ -5,6 +5,7 @@
 #include "core/log.h"
 #include "process/bokeh.h"
 #include "ui/commands.h"
+#include "ui/linear.h"
 #include <math.h>
 #include <string.h>
 
@@ -18,9 +19,10 @@ static const struct opt opts[] = {
     {"calibration", OPT_FILE, offsetof(struct args, calibration), "FILE",
      .help = "record of nacre calib bokeh", .needed = true},
     {"channel", OPT_CHOICE, offsetof(struct args, channel), "record|r|g|b", "record",
-     "the channel to read; the record's is the sharpest one of its grating"},
-    {"lines", OPT_CHOICE, offsetof(struct args, lines), "no|yes|auto", "no",
-     "average along the lines of a grating or CD; auto: when there is one direction only"},
+     "the channel to read, with what the record has of it (record: its first, blue unless told)"},
+    {"lines", OPT_CHOICE, offsetof(struct args, lines), "no|yes|auto", "auto",
+     "fold the lines of a grating or CD into one sharp profile; auto: where straight lines explain "
+     "95 % of the picture"},
     {"f-number", OPT_NUM, offsetof(struct args, f_number), "N", NULL,
      "of the lens, for the cut-off in the file (default: the picture's, else 5.6)"},
     {"keep-tilt", OPT_FLAG, offsetof(struct args, keep_tilt),
@@ -72,6 +74,8 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct bokeh_result res;
     bool ok = bokeh_record_read(&rec, args->calibration, e) &&
               image_read(&im, cli->operand[0], e) && image_check_finite(&im, cli->operand[0], e);
+    if (ok)
+        make_linear(&im, cli->operand[0]);
     if (ok && !bokeh_height(&im, &rec, &opt, &hf, &res, e))
         ok = err_in(e, "%s", cli->operand[0]);
     if (ok) {

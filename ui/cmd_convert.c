@@ -3,8 +3,8 @@
 #include "core/hfield_file.h"
 #include "core/imgfile.h"
 #include "core/log.h"
-#include "core/spectrum.h"
 #include "ui/commands.h"
+#include "ui/linear.h"
 #include <math.h>
 #include <string.h>
 
@@ -28,16 +28,6 @@ static bool is_display(const char *path)
 {
     const char *ext = path_ext(path);
     return !strcmp(ext, ".png") || !strcmp(ext, ".jpg") || !strcmp(ext, ".jpeg");
-}
-
-// 8-bit pictures carry the sRGB curve: take it off, alpha stays.
-static void linearise(struct image *im)
-{
-    const size_t n = (size_t)im->w * (size_t)im->h * (size_t)im->nc;
-    for (size_t k = 0; k < n; k++)
-        if (im->nc != 4 || k % 4 != 3)
-            im->px[k] = (float)srgb_decode((double)im->px[k]);
-    meta_set_num(&im->meta, "nacre.encoded", 0);
 }
 
 // Formats of three channels get the colour channels of a picture that has more.
@@ -116,12 +106,7 @@ static bool convert_picture(const struct args *a, struct cli *cli, struct err *e
     struct image im = {0};
     if (!image_read(&im, in, e))
         return false;
-    double encoded = 0;
-    if (meta_num(&im.meta, "nacre.encoded", &encoded) && encoded > 0) {
-        linearise(&im);
-        if (!is_display(out))
-            log_note("%s: 8-bit samples taken as sRGB and made linear", in);
-    }
+    make_linear(&im, is_display(out) ? NULL : in); // there the same curve goes on again
     const float gain = (float)exp2(a->exposure);
     const size_t n = (size_t)im.w * (size_t)im.h * (size_t)im.nc;
     for (size_t k = 0; k < n && a->exposure != 0; k++)

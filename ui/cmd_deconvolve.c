@@ -5,6 +5,7 @@
 #include "core/mem.h"
 #include "process/deconvolve.h"
 #include "ui/commands.h"
+#include "ui/linear.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,6 +112,8 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct blur *b = NULL;
     bool ok = parse_iterations(args->iterations, &opt.iterations, e) && image_read(&im, path, e) &&
               image_check_finite(&im, path, e) && (b = open_blur(args, im.w, im.h, e));
+    if (ok)
+        make_linear(&im, path);
     if (ok && !run_channels(&im, b, &opt, cli, e))
         ok = err_in(e, "%s", path);
     if (ok) {

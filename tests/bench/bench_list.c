@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 extern const struct bench bench_acquire;
+extern const struct bench bench_bokeh;
 extern const struct bench bench_deconvolve;
 extern const struct bench bench_hdr;
 extern const struct bench bench_lut;
@@ -16,6 +17,7 @@ const struct bench *const bench_list[] = {
     &bench_acquire,
     &bench_hdr,
     &bench_lut,
+    &bench_bokeh,
     &bench_deconvolve,
     &bench_tables,
     &bench_environment,
