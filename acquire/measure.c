@@ -5,7 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BANDS = 16, BLOCK = 8, LEAST_PIXELS = 64, LEAST_BAND_PIXELS = 32, DIMMER = 2, LEVELS = 6 };
+enum { BANDS = 16, BLOCK = 8, LEVELS = 6, DIMMER = 2 };
+enum { LEAST_PIXELS = 64, LEAST_BAND_PIXELS = 32, LEAST_SPOTS = 8 };
 static const double WELL_FROM = 0.02, WELL_TO = 0.9; // of full scale
 static const double ENOUGH_PIXELS = 2e6;
 static const double SIGMAS_CLEAR = 6;
@@ -60,6 +61,14 @@ static struct blocks find_spill(const struct measure_frame *l)
             }
     free(full);
     return b;
+}
+
+static double share(const struct blocks *b)
+{
+    int skipped = 0;
+    for (int k = 0; k < b->w * b->h; k++)
+        skipped += b->skip[k];
+    return (double)skipped / (b->w * b->h);
 }
 
 // Sums by band of rows and by brightness: level 0 holds pixels whose sum is over WELL_FROM, every
@@ -215,6 +224,10 @@ static void find_worst(const struct table *t, int level, const struct sums *dark
             if (sum.n < LEAST_BAND_PIXELS)
                 continue;
             sum = at_least_one(above(&sum, dark));
+            const double spots =
+                sum.l * sum.l / fmax(sum.ll, 1); // as if so many were equally bright
+            if (spots < LEAST_SPOTS)
+                continue;
             const double expect = fmax(ratio * sum.l, 1);
             const double sigma = sqrt(variance(&sum, dark, sum.s / sum.l)) / expect;
             const double weight = fabs(sum.s / expect - 1) - 4 * sigma;
@@ -236,6 +249,7 @@ bool measure_ratio(const struct measure_frame *a, const struct measure_frame *b,
     const bool a_short = a->exposure_ns <= b->exposure_ns;
     const struct measure_frame *s = a_short ? a : b, *l = a_short ? b : a;
     struct blocks spill = find_spill(l);
+    const double spilt = share(&spill);
     struct table *t = xcalloc(1, sizeof *t);
     const double from = WELL_FROM * (l->white - l->black);
     struct sums bright, dark;
@@ -260,6 +274,7 @@ bool measure_ratio(const struct measure_frame *a, const struct measure_frame *b,
         .sigma = sqrt(variance(&all, &dark, ratio)) / all.s,
         .worst = 1,
         .residual = sqrt(fmax(scatter, 0) / fmax(all.ss, 1)),
+        .spill = spilt,
         .pixels = all.n,
     };
     find_worst(t, level, &dark, ratio, a->h, &m);

@@ -27,6 +27,7 @@ struct measure_ratio {
     double worst_sigma;
     int worst_first, worst_last; // its rows
     double residual;             // rms of first - ratio * second, relative to the rms of first
+    double spill; // share of the picture left out because the longer frame saturates there
     size_t pixels;
 };
 

@@ -2,6 +2,7 @@
 #define _GNU_SOURCE
 #include "core/ledger.h"
 #include "core/mem.h"
+#include "core/outfile.h"
 #include <math.h>
 #include <sqlite3.h>
 #include <stdio.h>
@@ -98,20 +99,31 @@ static bool open_at(struct ledger **out, const char *path, int flags, struct err
     return ok;
 }
 
-bool ledger_create(struct ledger **out, const char *path, struct err *e)
+static bool fill_new(struct ledger *l, const char *const *fact, int n_facts, struct err *e)
 {
-    struct ledger *l;
-    if (!open_at(&l, path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, e))
-        return false;
     char version[60];
     snprintf(version, sizeof version, "pragma user_version = %d", LEDGER_FORMAT);
-    const bool ok = exec(l, "pragma journal_mode = wal; pragma synchronous = full; begin", e) &&
-                    exec(l, schema, e) && exec(l, version, e) && exec(l, "commit", e);
-    if (ok)
-        *out = l;
-    else
-        ledger_close(l);
-    return ok;
+    bool ok =
+        exec(l, "pragma synchronous = full; begin", e) && exec(l, schema, e) && exec(l, version, e);
+    for (int k = 0; ok && k < n_facts; k++)
+        ok = ledger_set(l, fact[2 * k], fact[2 * k + 1], e);
+    return ok && exec(l, "commit", e);
+}
+
+bool ledger_create(struct ledger **out, const char *path, const char *const *fact, int n_facts,
+                   struct err *e)
+{
+    struct outfile file;
+    struct ledger *l = NULL;
+    if (!outfile_open(&file, path, e))
+        return false;
+    unlink(file.tmp);
+    bool ok = open_at(&l, file.tmp, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE, e) &&
+              fill_new(l, fact, n_facts, e);
+    ledger_close(l);
+    ok = ok && outfile_commit(&file, e);
+    outfile_drop(&file);
+    return ok && ledger_open(out, path, SESSION_WRITE, e);
 }
 
 static bool check_format(struct ledger *l, struct err *e)

@@ -7,7 +7,9 @@
 
 struct ledger;
 
-bool ledger_create(struct ledger **l, const char *path, struct err *e);
+// Whole or not at all: under another name until it holds the first facts, key and value by turns.
+bool ledger_create(struct ledger **l, const char *path, const char *const *fact, int n_facts,
+                   struct err *e);
 bool ledger_open(struct ledger **l, const char *path, enum session_mode mode, struct err *e);
 void ledger_close(struct ledger *l); // accepts NULL
 

@@ -64,20 +64,21 @@ static bool copy_plan(struct session *s, const char *from, struct err *e)
     return ok;
 }
 
-static bool set_first_facts(struct session *s, struct err *e)
+static bool create_ledger(struct session *s, struct err *e)
 {
     const time_t now = time(NULL);
     struct tm tm;
-    char date[40], hex[SHA256_TEXT];
+    char date[40], rig[SHA256_TEXT], plan[SHA256_TEXT];
     strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%SZ", gmtime_r(&now, &tm));
-    bool ok = ledger_set(s->ledger, "created", date, e) &&
-              ledger_set(s->ledger, "nacre.version", NACRE_VERSION, e);
-    for (size_t k = 0; ok && k < sizeof fixed_files / sizeof *fixed_files; k++) {
-        char *path = session_path(s, fixed_files[k]), *key = xasprintf("sha256.%s", fixed_files[k]);
-        ok = sha256_file(path, hex, e) && ledger_set(s->ledger, key, hex, e);
-        free(path);
-        free(key);
-    }
+    char *rig_path = session_path(s, fixed_files[0]), *plan_path = session_path(s, fixed_files[1]);
+    char *db = session_path(s, "ledger.db");
+    const char *const facts[] = {"created",         date, "nacre.version",    NACRE_VERSION,
+                                 "sha256.rig.yaml", rig,  "sha256.plan.yaml", plan};
+    const bool ok = sha256_file(rig_path, rig, e) && sha256_file(plan_path, plan, e) &&
+                    ledger_create(&s->ledger, db, facts, 4, e);
+    free(rig_path);
+    free(plan_path);
+    free(db);
     return ok;
 }
 
@@ -89,7 +90,8 @@ static bool make_folder(const struct session *s, const char *name, struct err *e
     return ok;
 }
 
-// The parts of a session that could not be made whole; nothing of the user's is in it.
+// The parts of a session that could not be made whole; nothing of the user's is in it: folders stay
+// where there is more.
 static void remove_new(const struct session *s)
 {
     static const char *const names[] = {"ledger.db", "ledger.db-wal", "ledger.db-shm", "rig.yaml",
@@ -102,28 +104,50 @@ static void remove_new(const struct session *s)
     }
 }
 
+// A process that was killed before the ledger was whole has left no more than this, and what was
+// being written under names that begin with a dot. Those files are removed.
+static bool was_never_begun(const struct session *s)
+{
+    static const char names[] = "/frames/products/rig.yaml/plan.yaml/";
+    DIR *dir = opendir(s->folder);
+    bool frames = false, other = !dir;
+    for (struct dirent *d; dir && (d = readdir(dir));) {
+        char *name = xasprintf("/%s/", d->d_name);
+        other |= d->d_name[0] != '.' && !strstr(names, name);
+        frames |= !strcmp(d->d_name, "frames");
+        free(name);
+    }
+    other |= !frames; // an empty folder may be anybody's
+    if (!other)
+        rewinddir(dir);
+    for (struct dirent *d; !other && (d = readdir(dir));)
+        if (!strncmp(d->d_name, ".ledger.", 8) || !strncmp(d->d_name, ".plan.", 6) ||
+            !strncmp(d->d_name, ".rig.", 5))
+            unlinkat(dirfd(dir), d->d_name, 0);
+    if (dir)
+        closedir(dir);
+    return !other;
+}
+
 bool session_create(struct session **out, const char *folder, const struct rig *rig,
                     const char *plan_path, struct err *e)
 {
-    struct stat st;
-    if (!stat(folder, &st))
-        return err_set(e, ERR_FILE,
-                       "%s: is there already; continue it with --resume or give a "
-                       "new name",
-                       folder);
     struct session *s = xcalloc(1, sizeof *s);
     s->folder = xstrdup(folder);
     s->lock = -1;
-    char *db = session_path(s, "ledger.db");
-    if (!make_folder(s, "", e)) {
-        free(db);
+    struct stat st;
+    if (!stat(folder, &st) && was_never_begun(s))
+        remove_new(s);
+    const bool is_there = !stat(folder, &st);
+    if (is_there)
+        err_set(e, ERR_FILE, "%s: is there already; continue it with --resume or give a new name",
+                folder);
+    if (is_there || !make_folder(s, "", e)) {
         session_close(s);
         return false;
     }
     const bool ok = lock(s, e) && make_folder(s, "frames", e) && make_folder(s, "products", e) &&
-                    rig_copy(rig, folder, e) && copy_plan(s, plan_path, e) &&
-                    ledger_create(&s->ledger, db, e) && set_first_facts(s, e);
-    free(db);
+                    rig_copy(rig, folder, e) && copy_plan(s, plan_path, e) && create_ledger(s, e);
     if (ok) {
         *out = s;
     } else {

@@ -188,6 +188,17 @@ TEST(a_folder_that_exists_is_never_taken)
     rig_finish(&rig);
 }
 
+TEST(what_a_killed_process_had_not_begun_is_begun_anew)
+{
+    assert_int_equal(mkdir(in("s"), 0755), 0);
+    assert_int_equal(mkdir(in("s/frames"), 0755), 0);
+    assert_int_equal(mkdir(in("s/products"), 0755), 0);
+    struct err e;
+    assert_true(outfile_write(in("s/rig.yaml"), "x", 1, &e));
+    assert_true(outfile_write(in("s/.ledger.7.db"), "half", 4, &e));
+    session_close(made(3));
+}
+
 TEST(one_writer_at_a_time_and_readers_beside_it)
 {
     struct session *s = made(2), *other;
@@ -254,6 +265,8 @@ int main(void)
                                         teardown),
         cmocka_unit_test_setup_teardown(a_revoked_frame_opens_its_step_again, setup, teardown),
         cmocka_unit_test_setup_teardown(a_folder_that_exists_is_never_taken, setup, teardown),
+        cmocka_unit_test_setup_teardown(what_a_killed_process_had_not_begun_is_begun_anew, setup,
+                                        teardown),
         cmocka_unit_test_setup_teardown(one_writer_at_a_time_and_readers_beside_it, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(a_killed_writer_leaves_a_readable_session, setup, teardown),

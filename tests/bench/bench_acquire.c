@@ -102,9 +102,10 @@ static bool put_files(const struct job *j, struct err *e)
     snprintf(camera, sizeof camera, "sim:w=%d,h=%d,world=@run,grace=0,scene=scene.yaml,rig=@rig",
              j->w, j->h);
     snprintf(plan, sizeof plan,
-             "name: p\nlights: [led]\nfilters: [green]\nexposures: {first: 1ms, last: 8ms}\n"
+             "name: p\nlights: [led]\nfilters: [green]\nexposures: {first: 1ms, last: 8ms, step: "
+             "0.333}\n"
              "repeats: %d\n",
-             (j->frames + 3) / 4);
+             (j->frames + 9) / 10); // ten exposures
     return put_rig(j, camera, e) &&
            put(j, "scene.yaml",
                "sample: {kind: flat}\nsensor: {shot-noise: false, hot-pixels: 0, blooming: 0}\n",
