@@ -59,7 +59,8 @@ static bool read_frames(struct replay *r, struct err *e)
         free(metering);
         return err_set(e, ERR_DATA, "%s: has no good frame", r->folder);
     }
-    qsort(metering, (size_t)n, sizeof *metering, by_plan);
+    if (n)
+        qsort(metering, (size_t)n, sizeof *metering, by_plan);
     n = last_rounds(metering, n);
     r->frame = xrealloc(r->frame, (size_t)(r->n + n), sizeof *r->frame);
     for (int k = 0; k < n; k++)

@@ -103,16 +103,20 @@ static char *from_within(const char *folder, const char *path)
     return xstrdup(full[n] ? full + n + 1 : ".");
 }
 
+static char *keep(struct provenance *p, char *word)
+{
+    p->own = xrealloc(p->own, (size_t)p->n_own + 1, sizeof *p->own);
+    return p->own[p->n_own++] = word;
+}
+
 // The word that *at points to, or ends in ("--name=word"), becomes another one; takes it.
 static void replace(struct provenance *p, const char **at, char *path)
 {
     for (int k = 0; k < p->argc; k++)
         for (size_t skip = 0; skip <= strlen(p->argv[k]); skip++)
             if (p->argv[k] + skip == *at) {
-                char *word = xasprintf("%.*s%s", (int)skip, p->argv[k], path);
-                p->own = xrealloc(p->own, (size_t)p->n_own + 1, sizeof *p->own);
-                p->own[p->n_own++] = p->argv[k] = word;
-                *at = word + skip;
+                p->argv[k] = keep(p, xasprintf("%.*s%s", (int)skip, p->argv[k], path));
+                *at = p->argv[k] + skip;
                 free(path);
                 return;
             }
@@ -178,7 +182,7 @@ bool provenance_begin(struct provenance **out, const struct command *cmd, void *
     free(real_out);
     const char *instead = getenv(PROVENANCE_INSTEAD);
     if (instead) {
-        *p->out = xstrdup(instead); // lives as long as the program
+        *p->out = keep(p, xstrdup(instead));
         unsetenv(PROVENANCE_INSTEAD);
         log_quiet = true;
         free(p->session);
