@@ -94,11 +94,16 @@ static void kept_bad(struct run *r, struct item *t, const struct run_event *ev,
     const bool differs = wrong || !strcmp(ev->verdict, "uneven");
     t->last_measured = differs ? ev->measured_ns : 0;
     const bool unconfirmed = differs && other >= 0 && !r->steps.item[other].agreed;
-    if (unconfirmed && again && r->steps.item[other].revokes < MAX_REVOKES) {
+    const bool used_up = t->attempts > r->plan->retries;
+    // What was confirmed within the tolerance may still be at its edge: it gets one more chance
+    // too.
+    const bool doubted = unconfirmed || (differs && other >= 0 && used_up);
+    const int revokes = unconfirmed ? MAX_REVOKES : 1;
+    if (doubted && again && r->steps.item[other].revokes < revokes) {
         revoke(r, other, ev, out);
         t->attempts = 0;
         t->last_measured = 0;
-    } else if (t->attempts > r->plan->retries) {
+    } else if (used_up) {
         if (unconfirmed)
             revoke(r, other, ev, out); // one of the two is wrong, and nothing tells which
         run_give_up(r, &t->step, t->attempts, ev->verdict, ev->reason ? ev->reason : "", out);

@@ -20,7 +20,7 @@ static const struct cam_driver *const cams[] = {&sim_cam, &fault_cam, NULL};
 static const struct trig_driver *const trigs[] = {&sim_trig, &fault_trig, NULL};
 static const struct drivers drivers = {cams, trigs, false};
 
-enum where { LIT_SHOTS, ALL_SHOTS, DRIFT_PEAKS, MOVE_1, MOVE_2 };
+enum where { LIT_SHOTS, ALL_SHOTS, DRIFT_PEAKS, MOVE_1, MOVE_2, BRACKET };
 
 // `sign`: what its frame's verdict, the history or the end of the capture must say; several are
 // separated by '|'. Goes on: the capture completes by itself; else --resume completes it.
@@ -64,6 +64,10 @@ static const struct kind {
     {"wheel stuck, second filter", .wheel = "stuck=2", .where = MOVE_2, .sign = "same-filter",
      .goes_on = true},
     {"wheel stuck, first filter", .wheel = "stuck=1", .where = MOVE_1, .sign = "same-filter"},
+    {"settings always late, told", "lag=2-999", .where = BRACKET, .sign = "wrong-exposure",
+     .goes_on = true},
+    {"settings always late, hidden", "ignores=2-999", .where = BRACKET,
+     .sign = "wrong-light|light-missed", .goes_on = true},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
@@ -275,7 +279,8 @@ static int choose(enum where where)
     case ALL_SHOTS: return 2 + random_below(STEPS - 1);
     case DRIFT_PEAKS: return 5 + random_below(LIT - 4); // sin(2 pi n / 40) is over 0.7
     case MOVE_1:
-    case MOVE_2: break;
+    case MOVE_2:
+    case BRACKET: break;
     }
     return 0;
 }
