@@ -195,12 +195,13 @@ static double off_by(double light, double truth, double pixels, double part)
 }
 
 // The judge lets pass 8 % of a whole frame and 10 % of a band of rows, and five times the sigma
-// that is in the ledger; bands it does not judge where much saturates.
-static double deviation(const struct light *l, const struct light *truth)
+// that is in the ledger; bands it does not judge where much saturates, because of spilt charge.
+static double deviation(const struct light *l, const struct light *truth, double saturated)
 {
     double worst = 0, all = 0, all_true = 0;
     for (int b = 0; b < BANDS; b++) {
-        worst = fmax(worst, off_by(l->sum[b], truth->sum[b], W * H / BANDS, 0.5));
+        if (saturated < 0.005)
+            worst = fmax(worst, off_by(l->sum[b], truth->sum[b], W * H / BANDS, 0.5));
         all += l->sum[b];
         all_true += truth->sum[b];
     }
@@ -312,7 +313,7 @@ static void faulty_bracket(const struct kind *k, int seed, const struct light tr
             continue;
         accepted |= its;
         const struct light l = light_of(&f[i]);
-        const double off = deviation(&l, &truth[truth_of(k, f[i].step.index)]);
+        const double off = deviation(&l, &truth[truth_of(k, f[i].step.index)], f[i].saturated);
         t->worst = fmax(t->worst, off);
         wrong += off > 1;
         if (off > 1)
