@@ -76,7 +76,7 @@ static struct run play(const char *words, const char *script)
     fclose(f);
     // Drivers and X libraries keep what they allocated once.
     snprintf(line, sizeof line,
-             "DISPLAY=%s ASAN_OPTIONS=detect_leaks=0 timeout 120 %s/nacre-view %s --script script "
+             "DISPLAY=%s ASAN_OPTIONS=detect_leaks=0 timeout 900 %s/nacre-view %s --script script "
              ">run.out 2>run.err </dev/null",
              display, BIN_DIR, words);
     const int status = system(line);
@@ -239,13 +239,11 @@ TEST(every_shipped_scene_loads_and_is_drawn)
     closedir(folder);
     assert_true(n >= 20);
     const struct run r = play("--size 400x300 --tables . " SOURCE_DIR "/rigs/scenes", script);
-    expect(&r, "item             tv");
-    if (strstr(r.out, "trouble"))
-        fail_msg("%s", strstr(r.out, "trouble"));
-    int drawn = 0;
-    for (const char *at = r.out; (at = strstr(at, " pictures, ")); at++)
-        drawn++;
-    assert_int_equal(drawn, n);
+    char check[100]; // the output is longer than a struct run holds
+    assert_int_equal(r.status, 0);
+    assert_int_not_equal(system("grep trouble run.out"), 0);
+    snprintf(check, sizeof check, "test $(grep -c ' pictures, ' run.out) = %d", n);
+    assert_int_equal(system(check), 0);
 }
 
 TEST(a_table_is_inspected_and_shown_at_twice_the_size)
@@ -273,21 +271,20 @@ TEST(a_turntable_writes_frames_and_ends_where_it_began)
     assert_int_not_equal(access("turn/0004.png", R_OK), 0);
 }
 
-static void write_rig(void)
+static void write_rig(const char *plan)
 {
     static const char rig[] = "name: r\ncamera: {uri: 'sim:w=96,h=64,realtime=1,world=@run'}\n"
                               "lights:\n  trigger: 'sim:lines=1,world=@run'\n"
                               "  list: [{name: led, line: 0, max_on: 1s}]\n";
-    static const char plan[] = "name: p\nlights: [led]\nexposures: [2ms, 8ms, 32ms]\n";
     struct err e;
     assert_true(outfile_write("rig.yaml", rig, sizeof rig - 1, &e));
-    assert_true(outfile_write("plan.yaml", plan, sizeof plan - 1, &e));
+    assert_true(outfile_write("plan.yaml", plan, strlen(plan), &e));
 }
 
 TEST(a_session_is_stepped_through)
 {
     need_all();
-    write_rig();
+    write_rig("name: p\nlights: [led]\nexposures: [2ms, 8ms, 32ms]\n");
     const struct run c = run_nacre("capture --rig rig.yaml --plan plan.yaml -o session");
     assert_int_equal(c.status, 0);
     const struct run r =
@@ -323,7 +320,8 @@ TEST(a_daemon_that_dies_and_returns_is_followed)
 {
     need_all();
     setenv("NACRE_SOCKET", "d.sock", 1);
-    write_rig();
+    // Long enough to be noticed: the daemon is looked for every second.
+    write_rig("name: p\nlights: [led]\nexposures: [100ms]\nrepeats: 40\n");
     assert_int_equal(system("rm -f run.out"), 0);
     const pid_t daemon = start_daemon(), other = fork();
     if (!other) { // kills it, starts another, and captures
@@ -332,7 +330,7 @@ TEST(a_daemon_that_dies_and_returns_is_followed)
         wait_for_print("nacred has gone");
         const int status =
             system(BIN_DIR "/nacre capture --rig rig.yaml --plan plan.yaml -o live >cap.out");
-        wait_for_print("complete, 3 of 3");
+        wait_for_print("complete, 40 of 40");
         _exit(status != 0);
     }
     char script[3000] = "settle\n";

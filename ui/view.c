@@ -67,7 +67,9 @@ bool view_is_busy(struct view *v)
 
 double view_patience(const struct view *v)
 {
-    return v->turn_left || gui_wants_frames() ? 0 : source_patience(&v->source);
+    if (v->turn_left || gui_wants_frames())
+        return 0;
+    return fmin(source_patience(&v->source), v->has_stage ? stage_patience(&v->stage) : INFINITY);
 }
 
 static void load_next(struct view *v)

@@ -52,20 +52,26 @@ static void draw_split(const struct view *v, struct gui_rect r)
     say_on_dark(v, x + gap, y, right, light);
 }
 
+static void mark_order(const struct view *v, double x, double y, double spacing, bool side)
+{
+    gui_circle(x, y, fmin(7 * v->scale, 0.36 * spacing), side ? amber : light, 1.2 * v->scale);
+}
+
 // Where the pitch sends its orders, over a table: for white light each order is a line of colours,
 // its ends and the chosen wavelength.
 static void draw_orders(const struct view *v, int pane)
 {
     const struct table *t = &v->stage.scene.object[0].material.table;
     const double step = v->params->v[PARAM_LAMBDA] / v->params->v[PARAM_PITCH];
-    const int most = (int)fmin(12, t->range / step);
+    const int most = (int)fmin(40, t->range / step);
+    const double spacing = step / t->range * t->n / 2 * v->placing[pane].zoom;
     for (int m = -most; m <= most; m++)
         for (int n = -most; n <= most; n++) {
             double x, y;
             placing_to_window(&v->placing[pane], v->layout.pane[pane],
                               (m * step / t->range + 1) * t->n / 2,
                               (1 - n * step / t->range) * t->n / 2, &x, &y);
-            gui_circle(x, y, 7 * v->scale, m || n ? amber : light, 1.2 * v->scale);
+            mark_order(v, x, y, spacing, m || n);
         }
 }
 
@@ -76,6 +82,7 @@ static void draw_camera_orders(const struct view *v, int pane)
     source_center(v, &ci, &cj, &h_per_px);
     const double step = v->params->v[PARAM_LAMBDA] / v->params->v[PARAM_PITCH] / h_per_px;
     const int most = (int)fmin(40, fmax(v->picture.w, v->picture.h) / step);
+    const double spacing = step * v->placing[pane].zoom;
     for (int m = -most; m <= most; m++)
         for (int n = -most; n <= most; n++) {
             double x, y;
@@ -83,7 +90,7 @@ static void draw_camera_orders(const struct view *v, int pane)
             if (i < 0 || j < 0 || i > v->picture.w - 1 || j > v->picture.h - 1)
                 continue;
             placing_to_window(&v->placing[pane], v->layout.pane[pane], i + 0.5, j + 0.5, &x, &y);
-            gui_circle(x, y, 7 * v->scale, m || n ? amber : light, 1.2 * v->scale);
+            mark_order(v, x, y, spacing, m || n);
         }
 }
 

@@ -120,6 +120,7 @@ static void place_section(struct view *v)
         slider(v, PARAM_LIGHT_PITCH);
         slider(v, PARAM_LIGHT_EV);
     }
+    slider(v, PARAM_SPECTRUM);
     if (v->stage.scene.surround) {
         slider(v, PARAM_ROOM_TURN);
         slider(v, PARAM_ROOM_EV);

@@ -39,6 +39,9 @@ const struct param_info param_info[PARAMS] = {
     [PARAM_PAN_X] = {"pan-x", NULL, -5, 5, 0, 1, "%.3f", .cost = COST_DRAW},
     [PARAM_PAN_Y] = {"pan-y", NULL, -5, 5, 0, 1, "%.3f", .cost = COST_DRAW},
     [PARAM_ROOM_TURN] = {"room-turn", "room turn", -M_PI, M_PI, 0, DEG, "%.0f°", .cost = COST_ROOM},
+    [PARAM_SPECTRUM] = {"spectrum", "spectrum", 0, 6, 0, 1,
+                        .choices = "the scene's\0E\0A\0D65\0F1\0F11\0inverse-A\0",
+                        .cost = COST_ROOM},
     [PARAM_ROOM_EV] = {"room", "room light", -10, 10, 0, 1, "%+.1f EV", .cost = COST_ROOM},
 };
 
@@ -48,6 +51,14 @@ struct params params_start(void)
     for (int k = 0; k < PARAMS; k++)
         p.v[k] = param_info[k].start;
     return p;
+}
+
+const char *param_choice(const struct params *p, enum param k)
+{
+    const char *name = param_info[k].choices;
+    for (int i = (int)p->v[k]; i > 0; i--)
+        name += strlen(name) + 1;
+    return name;
 }
 
 int param_find(const char *name)

@@ -32,6 +32,7 @@ enum param {
     PARAM_PAN_Y,
     PARAM_ROOM_TURN, // the environment about +y
     PARAM_ROOM_EV,
+    PARAM_SPECTRUM, // of the lights, of param_info's choices; 0: as the scene has it
     PARAMS
 };
 
@@ -61,7 +62,8 @@ struct param_info {
 extern const struct param_info param_info[PARAMS];
 
 struct params params_start(void);
-int param_find(const char *name); // -1: none
+const char *param_choice(const struct params *p, enum param k); // in words
+int param_find(const char *name);                               // -1: none
 // Keeps within lo..hi; angles that go round come round. False when nothing changed.
 bool param_set(struct params *p, enum param k, double value);
 // The dearest cost of what differs; -1: nothing does.

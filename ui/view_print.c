@@ -108,7 +108,7 @@ void source_text(const struct view *v, fact_call *fact)
     if (!isnan(s->cx))
         say(fact, "centre", "%.2f, %.2f px", s->cx, s->cy);
     if (s->level)
-        say(fact, "table", "%d frames, level %d of %d, %.0f ms", s->frames, s->level,
+        say(fact, "table", "%d frames, level %d/%d, %.0f ms", s->frames, s->level,
             LUT_PREVIEW_LEVELS, 1e3 * s->seconds);
     else if (*s->trouble)
         fact("no table", s->trouble);

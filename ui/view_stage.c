@@ -4,11 +4,13 @@
 #include "core/log.h"
 #include "core/mem.h"
 #include "render/display.h"
+#include "render/relight.h"
 #include "render/view.h"
 #include "ui/room.h"
 #include "ui/view_orbit.h"
 #include "ui/window.h"
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,12 +64,15 @@ bool stage_open(struct stage *out, struct scene *s, struct err *e)
     }
     if (st.scene.surround)
         st.worker = worker_new(window_wake);
+    const char *light = meta_text(&st.scene.object[0].material.table.meta, "nacre.illuminant");
+    snprintf(st.own_spectrum, sizeof st.own_spectrum, "%s", light ? light : "E");
     *out = st;
     return true;
 }
 
 void stage_close(struct stage *st)
 {
+    relight_close(st->relight);
     if (st->worker) { // it reads the scene
         while (worker_busy(st->worker))
             room_free(worker_wait(st->worker));
@@ -107,27 +112,78 @@ static void take_room(struct stage *st, struct room *r)
     room_free(r);
 }
 
-bool stage_tick(struct stage *st, const struct params *p)
+static bool wants_room(const struct stage *st, const struct params *p)
 {
-    if (!st->worker)
-        return false;
+    return st->worker &&
+           fabs(p->v[PARAM_ROOM_TURN] - st->room_turn) + fabs(p->v[PARAM_ROOM_EV] - st->room_ev) >
+               1e-9;
+}
+
+static bool wants_spectrum(const struct stage *st, const struct params *p)
+{
+    return fabs(p->v[PARAM_SPECTRUM] - st->spectrum) > 0.5;
+}
+
+static bool tick_room(struct stage *st, const struct params *p)
+{
     struct room *done = worker_done(st->worker);
     if (done)
         take_room(st, done);
-    const double turn = p->v[PARAM_ROOM_TURN], ev = p->v[PARAM_ROOM_EV];
-    if (fabs(turn - st->room_turn) + fabs(ev - st->room_ev) > 1e-9 && !worker_busy(st->worker)) {
-        worker_give(st->worker, room_run, room_new(&st->scene, &st->room, turn, ev));
-        st->room_turn = turn;
-        st->room_ev = ev;
+    if (wants_room(st, p) && !worker_busy(st->worker)) {
+        st->room_turn = p->v[PARAM_ROOM_TURN];
+        st->room_ev = p->v[PARAM_ROOM_EV];
+        worker_give(st->worker, room_run,
+                    room_new(&st->scene, &st->room, st->room_turn, st->room_ev));
     }
     return done != NULL;
 }
 
+static bool tick_spectrum(struct stage *st, const struct params *p)
+{
+    struct err e;
+    if (wants_spectrum(st, p)) {
+        const char *name =
+            (int)p->v[PARAM_SPECTRUM] ? param_choice(p, PARAM_SPECTRUM) : st->own_spectrum;
+        relight_close(st->relight);
+        st->relight = NULL;
+        st->spectrum = p->v[PARAM_SPECTRUM];
+        relight_open(&st->relight, &st->scene, name, &e);
+    }
+    if (!st->relight)
+        return false;
+    const bool news = relight_take(st->relight, &st->scene);
+    if (news) {
+        gl_renderer_materials(st->renderer, &st->scene, &e);
+        gl_renderer_surround(st->renderer, &st->scene, &e);
+        st->is_drawn = false;
+    }
+    if (relight_done(st->relight, &e)) {
+        relight_close(st->relight);
+        st->relight = NULL;
+    }
+    return news;
+}
+
+// One at a time: each reads what the other replaces.
+bool stage_tick(struct stage *st, const struct params *p)
+{
+    bool news = false;
+    if (st->worker && !st->relight)
+        news = tick_room(st, p);
+    if (!st->worker || !worker_busy(st->worker))
+        news = tick_spectrum(st, p) || news;
+    return news;
+}
+
+double stage_patience(const struct stage *st)
+{
+    return st->relight ? 0.03 : INFINITY;
+}
+
 bool stage_is_busy(struct stage *st, const struct params *p)
 {
-    return st->worker &&
-           (worker_busy(st->worker) || fabs(p->v[PARAM_ROOM_TURN] - st->room_turn) > 1e-9 ||
-            fabs(p->v[PARAM_ROOM_EV] - st->room_ev) > 1e-9);
+    return (st->worker && worker_busy(st->worker)) || st->relight || wants_room(st, p) ||
+           wants_spectrum(st, p);
 }
 
 static void place(struct stage *st, const struct params *p)

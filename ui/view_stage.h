@@ -20,6 +20,9 @@ struct stage {
     struct image room;         // the map as the file has it
     struct worker *worker;     // for the room; NULL: the scene has none
     double room_turn, room_ev; // what it was last given
+    struct relight *relight;   // NULL: the lights' spectrum is as it was last asked for
+    double spectrum;           // that
+    char own_spectrum[64];     // name of the scene's
     struct gl_renderer *renderer;
     struct gl_target target, other;
     struct params drawn; // what target shows, when it shows anything
@@ -40,6 +43,7 @@ bool stage_take_table(struct stage *st, struct table *t, struct err *e);
 
 // Takes a room that is ready and begins the one that is wanted. true: it looks different.
 bool stage_tick(struct stage *st, const struct params *p);
+double stage_patience(const struct stage *st); // seconds until stage_tick() is due
 bool stage_is_busy(struct stage *st, const struct params *p);
 
 bool stage_has(const struct stage *st, enum diffraction kind);
