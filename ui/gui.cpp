@@ -17,25 +17,18 @@ void style()
     static const struct {
         int what;
         float r, g, b;
-    } colors[] = {{ImGuiCol_WindowBg, 0.115f, 0.120f, 0.130f},
-                  {ImGuiCol_PopupBg, 0.140f, 0.145f, 0.155f},
-                  {ImGuiCol_Text, 0.900f, 0.900f, 0.890f},
-                  {ImGuiCol_TextDisabled, 0.600f, 0.610f, 0.620f},
-                  {ImGuiCol_FrameBg, 0.190f, 0.200f, 0.215f},
-                  {ImGuiCol_FrameBgHovered, 0.240f, 0.255f, 0.270f},
-                  {ImGuiCol_FrameBgActive, 0.280f, 0.300f, 0.320f},
-                  {ImGuiCol_TitleBg, 0.170f, 0.180f, 0.195f},
-                  {ImGuiCol_TitleBgActive, 0.170f, 0.180f, 0.195f},
-                  {ImGuiCol_Header, 0.170f, 0.180f, 0.195f},
-                  {ImGuiCol_HeaderHovered, 0.220f, 0.235f, 0.250f},
-                  {ImGuiCol_HeaderActive, 0.260f, 0.280f, 0.300f},
-                  {ImGuiCol_Button, 0.210f, 0.225f, 0.240f},
-                  {ImGuiCol_ButtonHovered, 0.270f, 0.290f, 0.310f},
-                  {ImGuiCol_ButtonActive, 0.320f, 0.340f, 0.360f},
-                  {ImGuiCol_CheckMark, 0.930f, 0.720f, 0.330f},
-                  {ImGuiCol_PlotHistogram, 0.930f, 0.720f, 0.330f},
-                  {ImGuiCol_SliderGrab, 0.520f, 0.400f, 0.190f}, // the value stands on it
-                  {ImGuiCol_SliderGrabActive, 0.620f, 0.480f, 0.230f}};
+    } colors[] = {// clang-format off
+        {ImGuiCol_WindowBg, .115f, .120f, .130f},       {ImGuiCol_PopupBg, .140f, .145f, .155f},
+        {ImGuiCol_Text, .900f, .900f, .890f},           {ImGuiCol_TextDisabled, .600f, .610f, .620f},
+        {ImGuiCol_FrameBg, .190f, .200f, .215f},        {ImGuiCol_FrameBgHovered, .240f, .255f, .270f},
+        {ImGuiCol_FrameBgActive, .280f, .300f, .320f},  {ImGuiCol_TitleBg, .170f, .180f, .195f},
+        {ImGuiCol_TitleBgActive, .170f, .180f, .195f},  {ImGuiCol_Header, .170f, .180f, .195f},
+        {ImGuiCol_HeaderHovered, .220f, .235f, .250f},  {ImGuiCol_HeaderActive, .260f, .280f, .300f},
+        {ImGuiCol_Button, .210f, .225f, .240f},         {ImGuiCol_ButtonHovered, .270f, .290f, .310f},
+        {ImGuiCol_ButtonActive, .320f, .340f, .360f},   {ImGuiCol_CheckMark, .930f, .720f, .330f},
+        {ImGuiCol_PlotHistogram, .930f, .720f, .330f},  {ImGuiCol_SliderGrabActive, .620f, .480f, .230f},
+        {ImGuiCol_SliderGrab, .520f, .400f, .190f}}; // the value stands on it
+    // clang-format on
     ImGui::StyleColorsDark();
     ImGuiStyle &s = ImGui::GetStyle();
     for (const auto &c : colors)
@@ -72,6 +65,11 @@ void key_map(ImGuiIO &io)
         io.KeyMap[k.gui] = k.key;
 }
 
+ImVec2 at(double x, double y)
+{
+    return ImVec2((float)x, (float)y);
+}
+
 ImDrawList *over()
 {
     return ImGui::GetBackgroundDrawList();
@@ -101,7 +99,7 @@ bool gui_open(double to_scale, const char *font)
     io.IniFilename = nullptr;
     io.ConfigInputTextCursorBlink = false; // a blinking cursor would draw an idle window
     key_map(io);
-    static const ImWchar glyphs[] = {0x20,   0xff,   0x391,  0x3c9,  0x2010, 0x2044, 0x2070, 0x209c,
+    static const ImWchar glyphs[] = {0x20,   0xff,   0x391,  0x3c9,  0x2007, 0x2044, 0x2070, 0x209c,
                                      0x2190, 0x2193, 0x2212, 0x2212, 0x221e, 0x221e, 0};
     const float height = (float)(15 * scale);
     if (font && !access(font, R_OK)) {
@@ -121,22 +119,12 @@ void gui_close(void)
     ImGui::DestroyContext();
 }
 
-void gui_mouse(double x, double y)
-{
-    ImGui::GetIO().MousePos = ImVec2((float)x, (float)y);
-}
-void gui_button(int button, bool down)
-{
-    ImGui::GetIO().MouseDown[button] = down;
-}
-void gui_wheel(double steps)
-{
-    ImGui::GetIO().MouseWheel += (float)steps;
-}
-void gui_text_in(unsigned codepoint)
-{
-    ImGui::GetIO().AddInputCharacter(codepoint);
-}
+// clang-format off
+void gui_mouse(double x, double y) { ImGui::GetIO().MousePos = at(x, y); }
+void gui_button(int button, bool down) { ImGui::GetIO().MouseDown[button] = down; }
+void gui_wheel(double steps) { ImGui::GetIO().MouseWheel += (float)steps; }
+void gui_text_in(unsigned codepoint) { ImGui::GetIO().AddInputCharacter(codepoint); }
+// clang-format on
 
 void gui_key(int key, int mods, bool on)
 {
@@ -148,27 +136,17 @@ void gui_key(int key, int mods, bool on)
         io.KeysDown[key] = on;
 }
 
-bool gui_wants_mouse(void)
-{
-    return ImGui::GetIO().WantCaptureMouse;
-}
-bool gui_wants_keys(void)
-{
-    return ImGui::GetIO().WantTextInput;
-}
-bool gui_is_held(void)
-{
-    return ImGui::IsAnyItemActive();
-}
-bool gui_wants_frames(void)
-{
-    return more_frames > 0;
-}
+// clang-format off
+bool gui_wants_mouse(void) { return ImGui::GetIO().WantCaptureMouse; }
+bool gui_wants_keys(void) { return ImGui::GetIO().WantTextInput; }
+bool gui_is_held(void) { return ImGui::IsAnyItemActive(); }
+bool gui_wants_frames(void) { return more_frames > 0; }
+// clang-format on
 
 void gui_begin(int w, int h, double seconds)
 {
     ImGuiIO &io = ImGui::GetIO();
-    io.DisplaySize = ImVec2((float)w, (float)h);
+    io.DisplaySize = at(w, h);
     io.DeltaTime = seconds > 1e-6 ? (float)seconds : 1e-6f;
     more_frames -= more_frames > 0;
     ImGui_ImplOpenGL3_NewFrame();
@@ -181,10 +159,10 @@ void gui_end(void)
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-bool gui_panel(const char *title, gui_rect at, bool plain)
+bool gui_panel(const char *title, gui_rect place, bool plain)
 {
-    ImGui::SetNextWindowPos(ImVec2((float)at.x, (float)at.y));
-    ImGui::SetNextWindowSize(ImVec2((float)at.w, (float)at.h));
+    ImGui::SetNextWindowPos(at(place.x, place.y));
+    ImGui::SetNextWindowSize(at(place.w, place.h));
     const bool open = ImGui::Begin(
         title, nullptr,
         ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoNav |
@@ -204,7 +182,7 @@ void gui_popup(const char *title, double w, double h)
 {
     const ImVec2 all = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos(ImVec2(all.x / 2, all.y / 2), 0, ImVec2(0.5f, 0.5f));
-    ImGui::SetNextWindowSize(ImVec2((float)w, (float)h));
+    ImGui::SetNextWindowSize(at(w, h));
     ImGui::SetNextWindowFocus();
     ImGui::PushStyleVar(ImGuiStyleVar_WindowBorderSize, 1);
     ImGui::Begin(title, nullptr,
@@ -221,18 +199,10 @@ bool gui_section(const char *title, bool open)
     return ImGui::CollapsingHeader(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
 }
 
-double gui_line_height(void)
-{
-    return ImGui::GetTextLineHeightWithSpacing();
-}
-double gui_width(void)
-{
-    return ImGui::GetContentRegionAvail().x;
-}
-void gui_text(const char *text)
-{
-    ImGui::TextUnformatted(text);
-}
+// clang-format off
+double gui_line_height(void) { return ImGui::GetTextLineHeightWithSpacing(); }
+void gui_text(const char *text) { ImGui::TextUnformatted(text); }
+// clang-format on
 
 void gui_note(const char *text)
 {
@@ -255,26 +225,13 @@ void gui_fact(const char *name, const char *value)
     ImGui::TextWrapped("%s", value);
 }
 
-void gui_space(void)
-{
-    ImGui::Spacing();
-}
-void gui_beside(void)
-{
-    ImGui::SameLine();
-}
-bool gui_press(const char *label)
-{
-    return ImGui::Button(label);
-}
-bool gui_check(const char *label, bool *on)
-{
-    return ImGui::Checkbox(label, on);
-}
-bool gui_pick(const char *label, bool chosen)
-{
-    return ImGui::Selectable(label, chosen);
-}
+// clang-format off
+void gui_space(void) { ImGui::Spacing(); }
+void gui_beside(void) { ImGui::SameLine(); }
+bool gui_press(const char *label) { return ImGui::Button(label); }
+bool gui_check(const char *label, bool *on) { return ImGui::Checkbox(label, on); }
+bool gui_pick(const char *label, bool chosen) { return ImGui::Selectable(label, chosen); }
+// clang-format on
 
 bool gui_choice(const char *label, const char *zero_separated, int *k)
 {
@@ -299,49 +256,33 @@ void gui_curve(const float *y, int n, float top, double high)
                          ImVec2(ImGui::GetContentRegionAvail().x, (float)high));
 }
 
-void gui_bar(double share, const char *label)
-{
-    ImGui::ProgressBar((float)share, ImVec2(-FLT_MIN, 0), label);
-}
-
 void gui_hint(const char *text)
 {
     if (ImGui::IsItemHovered())
         ImGui::SetTooltip("%s", text);
 }
 
-void gui_clip(gui_rect r)
-{
-    over()->PushClipRect(ImVec2((float)r.x, (float)r.y),
-                         ImVec2((float)(r.x + r.w), (float)(r.y + r.h)));
-}
-void gui_unclip(void)
-{
-    over()->PopClipRect();
-}
+// clang-format off
+void gui_clip(gui_rect r) { over()->PushClipRect(at(r.x, r.y), at(r.x + r.w, r.y + r.h)); }
+void gui_unclip(void) { over()->PopClipRect(); }
+// clang-format on
 
 void gui_line(double x0, double y0, double x1, double y1, unsigned color, double width)
 {
-    over()->AddLine(ImVec2((float)x0, (float)y0), ImVec2((float)x1, (float)y1), color,
-                    (float)width);
+    over()->AddLine(at(x0, y0), at(x1, y1), color, (float)width);
 }
-
 void gui_circle(double x, double y, double radius, unsigned color, double width)
 {
-    over()->AddCircle(ImVec2((float)x, (float)y), (float)radius, color, 0, (float)width);
+    over()->AddCircle(at(x, y), (float)radius, color, 0, (float)width);
 }
-
 void gui_fill(gui_rect r, unsigned color)
 {
-    over()->AddRectFilled(ImVec2((float)r.x, (float)r.y),
-                          ImVec2((float)(r.x + r.w), (float)(r.y + r.h)), color);
+    over()->AddRectFilled(at(r.x, r.y), at(r.x + r.w, r.y + r.h), color);
 }
-
 void gui_say(double x, double y, unsigned color, const char *text)
 {
-    over()->AddText(ImVec2((float)x, (float)y), color, text);
+    over()->AddText(at(x, y), color, text);
 }
-
 double gui_say_width(const char *text)
 {
     return ImGui::CalcTextSize(text).x;

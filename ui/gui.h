@@ -37,7 +37,6 @@ void gui_panel_end(void);
 void gui_popup(const char *title, double w, double h); // a panel in the middle, on top
 bool gui_section(const char *title, bool open);
 double gui_line_height(void);
-double gui_width(void); // left in the panel
 
 void gui_text(const char *text);
 void gui_note(const char *text); // dim, wrapped
@@ -52,7 +51,6 @@ bool gui_choice(const char *label, const char *zero_separated, int *k);
 bool gui_number(const char *label, double *v, double lo, double hi, const char *format, bool log);
 bool gui_whole(const char *label, int *v, int lo, int hi);
 void gui_curve(const float *y, int n, float top, double high);
-void gui_bar(double share, const char *label);
 void gui_hint(const char *text); // over the last one, when the mouse rests there
 
 // --- over the pictures, below the panels; clipped to what gui_clip() said ---
