@@ -26,6 +26,10 @@ check: release dev
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS) -LE slow
 	@ctest --test-dir build-dev --output-on-failure -j $(JOBS) -LE slow
 
+# The drivers of real devices, on devices that the kernel of an emulated machine acts.
+check-vm: release
+	@cmake --build $(BUILD) --target check-vm
+
 bench: release
 	@$(BUILD)/bin/nacre bench
 
@@ -39,4 +43,4 @@ format: deps
 clean:
 	@rm -rf build build-dev build-tsan demo-out gallery-out
 
-.PHONY: all deps release dev demo gallery check bench bench-peers format clean
+.PHONY: all deps release dev demo gallery check check-vm bench bench-peers format clean

@@ -26,7 +26,7 @@ foreach(folder core acquire sim calib process render ui)
         endforeach()
     endforeach()
     # One external library is included by one file of a folder.
-    foreach(header fftw3 lapacke openexr yaml jansson sqlite3 tiffio png jpeglib libraw openssl libexif gpiod libusb-1.0
+    foreach(header fftw3 lapacke openexr yaml jansson sqlite3 tiffio png jpeglib libraw openssl libexif gpiod libusb-1.0 libcamera
             systemd GLFW zip expat opencv2)
         set(users "")
         foreach(path ${files})

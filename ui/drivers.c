@@ -5,6 +5,9 @@
 #include <stddef.h>
 
 static const struct cam_driver *const cameras[] = {
+#ifdef HAVE_LIBCAMERA
+    &libcamera_cam,
+#endif
     &v4l2_cam,
     &sim_cam,
     &replay_cam,
