@@ -123,6 +123,8 @@ static bool replay_open(struct cam *cam, struct err *e)
             c->focus_max_per_m = fmax(c->focus_max_per_m, s->focus_per_m);
         }
     }
+    c->exposure_min_ns -= c->exposure_step_ns / 2; // what is asked may be rounded either way
+    c->exposure_max_ns += c->exposure_step_ns / 2;
     cam->fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
     return cam->fd >= 0 || err_errno(e, "eventfd");
 }

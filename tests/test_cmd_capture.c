@@ -159,7 +159,7 @@ static void replays_as(const char *exposures)
 
 TEST(a_session_replays_byte_for_byte)
 {
-    replays_as("{first: 1ms, last: 16ms, step: 1}\ndarks: 1");
+    replays_as("{first: 1ms, last: 16ms, step: 0.7}\ndarks: 1"); // most of them are rounded
 }
 
 TEST(an_automatic_bracket_replays_with_its_metering)
