@@ -7,10 +7,15 @@
 static const double TRIM_SIGMAS = 7; // of a difference, against pixels that flicker
 static const double FAINT = 20;      // read noises
 
+static double neighbours(const float *p, int w)
+{
+    return 0.25 * ((double)p[-1] + (double)p[1] + (double)p[-w] + (double)p[w]);
+}
+
 // Pixel minus the mean of its four neighbours: keeps PRNU, drops smooth light.
 static double high_pass(const float *p, int w)
 {
-    return (double)p[0] - 0.25 * ((double)p[-1] + (double)p[1] + (double)p[-w] + (double)p[w]);
+    return (double)p[0] - neighbours(p, w);
 }
 
 // Half octaves of a half squared difference, from 2^-8 counts^2 on.
@@ -49,13 +54,16 @@ void noise_add(struct noise_sums *s, const float *a, const float *b, const uint8
             const size_t k = (size_t)j * (size_t)w + (size_t)i;
             const double level = 0.5 * ((double)a[k] + (double)b[k]) - s->black;
             const double d = (double)a[k] - (double)b[k];
+            // Sorted by the neighbours, whose noise is not its own: sorted by their own counts the
+            // faint pixels of a bin are brighter than they look, and the line would be too flat.
+            const double around = 0.5 * (neighbours(a + k, w) + neighbours(b + k, w)) - s->black;
             if ((hot && hot[k]) || touches(a + k, w, s->white) || touches(b + k, w, s->white) ||
-                level > 0.9 * span || level < -0.05 * span)
+                around > 0.9 * span || around < -0.05 * span)
                 continue;
-            const double model = s->model[0] + s->model[1] * fmax(level, 0);
+            const double model = s->model[0] + s->model[1] * fmax(fmax(around, level), 0);
             if (model > 0 && d * d > 2 * TRIM_SIGMAS * TRIM_SIGMAS * model)
                 continue;
-            struct noise_bin *bin = &s->bin[(int)(sqrt(fmax(level, 0) / span) * NOISE_BINS)];
+            struct noise_bin *bin = &s->bin[(int)(sqrt(fmax(around, 0) / span) * NOISE_BINS)];
             bin->n++;
             bin->level += level;
             bin->square += 0.5 * d * d;

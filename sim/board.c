@@ -85,7 +85,7 @@ static bool hit(const struct sim_view *v, double i, double j, double out[2])
 // Points over a pixel blurred by the lens: box plus Gaussian, from Roberts' sequence in four
 // dimensions, so that no two are in a row or column. (Blurring the pixels instead would shift edges
 // by hundredths of a pixel; so would the same points in every pixel along an edge.)
-enum { POINTS = 128, SETS = 61 };
+enum { POINTS = 192, SETS = 61 };
 typedef double points[POINTS][2];
 
 static void spread(double sigma_px, points at[SETS])

@@ -5,6 +5,7 @@
 extern const struct bench bench_acquire;
 extern const struct bench bench_bokeh;
 extern const struct bench bench_deconvolve;
+extern const struct bench bench_calib;
 extern const struct bench bench_hdr;
 extern const struct bench bench_lut;
 extern const struct bench bench_tables;
@@ -15,6 +16,7 @@ extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
     &bench_sim,
     &bench_acquire,
+    &bench_calib,
     &bench_hdr,
     &bench_lut,
     &bench_bokeh,
