@@ -138,6 +138,16 @@ bool bokeh_record_select(struct bokeh_record *b, const char *channel, struct err
                    b->channel, others);
 }
 
+bool bokeh_record_fits(const struct bokeh_record *b, const char *path, const struct image *photo,
+                       struct err *e)
+{
+    struct record now;
+    record_init(&now, "bokeh", "", NAN, "");
+    record_from_image(&now, photo);
+    now.iso = NAN; // brightness is set by the disc
+    return record_fits(&b->head, path, &now, e);
+}
+
 double bokeh_record_level(const struct bokeh_record *b, const struct image *im)
 {
     double time_s = NAN, iso = NAN, ratio = 1;

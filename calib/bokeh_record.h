@@ -44,6 +44,9 @@ bool bokeh_record_write(const struct bokeh_record *b, const char *command, const
                         struct err *e);
 // ERR_FILE: cannot be opened; ERR_DATA: not such a record, a value out of range.
 bool bokeh_record_read(struct bokeh_record *b, const char *path, struct err *e);
+// Refuses a photograph by another camera, lens, aperture, focus, distance or resolution.
+bool bokeh_record_fits(const struct bokeh_record *b, const char *path, const struct image *photo,
+                       struct err *e);
 
 void bokeh_record_take(struct bokeh_record *b, const struct bokeh_channel *c); // as its first
 

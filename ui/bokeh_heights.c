@@ -46,7 +46,8 @@ bool bokeh_heights(struct hfield *hf, const char *source, const char *record, co
     bool ok =
         bokeh_record_read(&rec, record, e) &&
         (is_folder(source) ? merge(&im, source, scratch, e)
-                           : image_read(&im, source, e) && image_check_finite(&im, source, e));
+                           : image_read(&im, source, e) && image_check_finite(&im, source, e)) &&
+        bokeh_record_fits(&rec, record, &im, e);
     if (ok)
         make_linear(&im, source);
     if (ok && !bokeh_height(&im, &rec, &opt, hf, &result, e))

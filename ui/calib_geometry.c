@@ -7,8 +7,8 @@
 #include <string.h>
 
 // --light: a record, or X,Y,Z from the sample's origin along t, b, n.
-static bool find_light(const struct calib_args *a, const struct lens *l, const char *lens_path,
-                       struct vec3 *at, struct err *e)
+static bool find_light(const struct calib_args *a, const struct lens *l, struct vec3 *at,
+                       struct err *e)
 {
     double x[3];
     struct err not_numbers;
@@ -28,7 +28,7 @@ static bool find_light(const struct calib_args *a, const struct lens *l, const c
     struct light s;
     struct record now = l->head;
     if (!light_read(&s, a->light, e) || !record_fits(&s.head, a->light, &now, e))
-        return e->code == ERR_DATA ? err_in(e, "with %s", lens_path) : false;
+        return false;
     *at = v3(s.position_m[0], s.position_m[1], s.position_m[2]);
     return true;
 }
@@ -88,7 +88,7 @@ bool calib_geometry(const struct calib_args *a, struct cli *cli, struct err *e)
     bool ok = read_options(a, &o, e) && lens_read(&l, path, e);
     if (ok && a->plane && (l.plane = lens_view_of(&l, a->plane)) < 0)
         ok = err_set(e, ERR_DATA, "%s: has no view --plane %s", path, a->plane);
-    ok = ok && find_light(a, &l, path, &o.light_m, e) &&
+    ok = ok && find_light(a, &l, &o.light_m, e) &&
          (geometry_of(&l, &o, &im, e) || err_in(e, "%s", path));
     if (ok) {
         struct record head;

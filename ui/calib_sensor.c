@@ -127,11 +127,7 @@ static bool get_dark(const struct calib_args *a, const struct frames *f, struct 
     if (!a->dark)
         return true;
     dark_finish(d);
-    if (!dark_read(d, a->dark, e))
-        return false;
-    return (d->w == f->w && d->h == f->h) ||
-           err_set(e, ERR_DATA, "%s: made at %d x %d pixels, but %s is %d x %d", a->dark, d->w,
-                   d->h, f->path[0], f->w, f->h);
+    return dark_read(d, a->dark, e) && frames_dark_fits(f, d, a->dark, e);
 }
 
 static double median_black(const struct frames *f, const struct calib_args *a, const struct dark *d)

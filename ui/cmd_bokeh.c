@@ -73,7 +73,8 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct hfield hf = {0};
     struct bokeh_result res;
     bool ok = bokeh_record_read(&rec, args->calibration, e) &&
-              image_read(&im, cli->operand[0], e) && image_check_finite(&im, cli->operand[0], e);
+              image_read(&im, cli->operand[0], e) && image_check_finite(&im, cli->operand[0], e) &&
+              bokeh_record_fits(&rec, args->calibration, &im, e);
     if (ok)
         make_linear(&im, cli->operand[0]);
     if (ok && !bokeh_height(&im, &rec, &opt, &hf, &res, e))

@@ -144,7 +144,7 @@ bool frames_read(struct frames *f, int n, char *const *path, struct err *e)
     return ok;
 }
 
-static bool dark_fits(const struct frames *f, const struct dark *d, const char *name, struct err *e)
+bool frames_dark_fits(const struct frames *f, const struct dark *d, const char *name, struct err *e)
 {
     struct record now = f->now;
     now.aperture = now.focus_per_m = now.distance_m = NAN; // the lens is no part of it
@@ -187,7 +187,7 @@ bool frames_remove_black(struct frames *f, const struct dark *d, const char *nam
     const struct meta_item *item = meta_find(&f->meta, "nacre.black");
     const size_t n = (size_t)f->w * (size_t)f->h * (size_t)f->nc;
     double level[4] = {0}, most = 0;
-    if (d && !dark_fits(f, d, name, e))
+    if (d && !frames_dark_fits(f, d, name, e))
         return false;
     for (int k = 0; k < 4 && item && item->n == 4; k++)
         level[k] = item->num[k];

@@ -30,6 +30,9 @@ struct frames {
 bool frames_read(struct frames *f, int n, char *const *path, struct err *e);
 void frames_finish(struct frames *f); // accepts a zeroed struct
 
+// Refuses a dark of another camera, ISO or size.
+bool frames_dark_fits(const struct frames *f, const struct dark *d, const char *name, struct err *e);
+
 // Takes black off linear frames: the dark's when given (it must fit the camera), else the level
 // that the files state.
 bool frames_remove_black(struct frames *f, const struct dark *dark, const char *dark_name,
