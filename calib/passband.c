@@ -180,7 +180,7 @@ bool passband_write(const struct passband *s, const char *command, const char *p
 static bool read_grating(struct passband *s, struct ynode *root, struct err *e)
 {
     struct ynode *y = NULL;
-    bool agrees;
+    bool agrees = true;
     s->grating_m = s->grating_sigma_m = s->lines_per_m = NAN;
     return ymap_map(root, "grating", Y_OPTIONAL, &y, e) &&
            (!y ||
