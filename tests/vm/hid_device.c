@@ -113,7 +113,7 @@ static void move_for(int ms)
 
 static void relay_hears(const uint8_t *r)
 {
-    const uint8_t one = r[1] >= 1 && r[1] <= RELAYS ? (uint8_t)(1 << (r[1] - 1)) : 0;
+    const uint8_t one = (uint8_t)(r[1] >= 1 && r[1] <= RELAYS ? 1 << (r[1] - 1) : 0);
     switch (r[0]) {
     case 0xff: relays |= one; break;
     case 0xfd: relays &= (uint8_t)~one; break;
