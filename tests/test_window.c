@@ -227,10 +227,10 @@ static void make_tables(void)
 
 TEST(every_shipped_scene_loads_and_is_drawn)
 {
+    need_all();
     char script[8000] = "";
     DIR *folder = opendir(SOURCE_DIR "/rigs/scenes");
     int n = 0;
-    need_all();
     make_tables();
     for (const struct dirent *d; (d = readdir(folder));)
         if (strstr(d->d_name, ".yaml"))

@@ -109,8 +109,10 @@ bool view_add(struct view *v, const char *path, struct err *e)
 
 const struct table *view_table(const struct view *v)
 {
+    if (!v->has_stage)
+        return NULL;
     const struct table *t = &v->stage.scene.object[0].material.table;
-    return v->has_stage && t->n ? t : NULL;
+    return t->n ? t : NULL;
 }
 
 void view_choose_panes(struct view *v)
