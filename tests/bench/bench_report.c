@@ -156,18 +156,29 @@ void bench_report_begin(struct bench_report *r, const struct bench *b)
     log_note("%s - %s", b->name, b->summary);
 }
 
+static int max(int a, int b)
+{
+    return a > b ? a : b;
+}
+
 void bench_report_end(struct bench_report *r)
 {
+    int wide = 6, wider = 7; // the titles
+    for (int k = 0; k < r->n_rows; k++)
+        if (r->row[k].bench == r->now) {
+            wide = max(wide, (int)strlen(r->row[k].method));
+            wider = max(wider, (int)strlen(r->row[k].setting));
+        }
     bool titled = false;
     for (int k = 0; k < r->n_rows; k++) {
         const struct row *w = &r->row[k];
         if (w->bench != r->now)
             continue;
         if (!titled)
-            log_note("  %-14s %-38s %10s %10s %9s %10s  %s", "method", "setting", "wall ms",
-                     "cpu ms", "MB", "error", "of");
+            log_note("  %-*s  %-*s %10s %10s %8s %9s  %s", wide, "method", wider, "setting",
+                     "wall ms", "cpu ms", "MB", "error", "of");
         titled = true;
-        log_note("  %-14s %-38s %10.4g %10.4g %9.4g %10.2e  %s", w->method, w->setting,
+        log_note("  %-*s  %-*s %10.4g %10.4g %8.4g %9.2e  %s", wide, w->method, wider, w->setting,
                  w->t.wall_s * 1e3, w->t.cpu_s * 1e3, w->t.peak_mb, w->error, w->error_kind);
     }
     for (int k = 0; k < r->n_lines; k++) {
