@@ -29,6 +29,9 @@ bool bench_measure(bool (*fn)(void *ctx, struct err *e), void *ctx, struct bench
 // One row: "exact", "2048 nodes, tol 1e-3"; the error's kind ("relative L2 against truth.csv").
 void bench_row(struct bench_report *r, const char *method, const char *setting, struct bench_time t,
                double error, const char *error_kind);
+// How a method's time grows with its size n: points of one method in a row make a curve of their
+// own plot, beside the n^2 log n that starts where it starts.
+void bench_growth(struct bench_report *r, const char *method, double n, double wall_s);
 // A named figure that is not a row ("ratio floor/exact", 4.7, "times").
 void bench_figure(struct bench_report *r, const char *what, double value, const char *unit);
 void bench_note(struct bench_report *r, const char *fmt, ...) __attribute__((format(printf, 2, 3)));

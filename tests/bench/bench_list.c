@@ -14,15 +14,6 @@ extern const struct bench bench_render;
 
 extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
-    &bench_sim,
-    &bench_acquire,
-    &bench_calib,
-    &bench_hdr,
-    &bench_lut,
-    &bench_bokeh,
-    &bench_deconvolve,
-    &bench_tables,
-    &bench_environment,
-    &bench_render,
-    NULL,
+    &bench_sim,        &bench_acquire, &bench_calib,       &bench_hdr,    &bench_lut, &bench_bokeh,
+    &bench_deconvolve, &bench_tables,  &bench_environment, &bench_render, NULL,
 };

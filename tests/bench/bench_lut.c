@@ -224,8 +224,10 @@ static bool run(struct bench_report *r, struct err *e)
     for (size_t k = 0; ok && k < sizeof methods / sizeof *methods; k++)
         if (!bench_quick(r) || methods[k].method != LUT_SAMPLED)
             ok = measure(r, &b, &methods[k], methods[k].method == LUT_FLOOR, &t, e);
-    for (int k = 0; ok && k < (bench_quick(r) ? 3 : 5); k++)
+    for (int k = 0; ok && k < (bench_quick(r) ? 3 : 5); k++) {
         ok = measure(r, &b, &(struct setting){LUT_EXACT, sizes[k], 0, 1e-4}, 0, &t, e);
+        bench_growth(r, "exact", sizes[k], t.wall_s);
+    }
     if (ok && !bench_quick(r)) {
         const struct setting best = {LUT_EXACT, 2048, 0, 1e-4}, floor = {LUT_FLOOR, 2048, 0, 1};
         ok = measure(r, &b, &best, 0, &exact, e) && measure(r, &b, &floor, 1, &slow, e) &&

@@ -28,12 +28,19 @@ struct line { // a note, or a figure when unit is set
     double value;
 };
 
+struct point { // of a method's growth
+    const struct bench *bench;
+    char *method;
+    double n, wall_s;
+};
+
 struct bench_report {
     bool quick;
     const struct bench *now;
     struct row *row;
     struct line *line;
-    int n_rows, n_lines;
+    struct point *point;
+    int n_rows, n_lines, n_points;
 };
 
 struct bench_report *bench_report_new(bool quick)
@@ -56,6 +63,9 @@ void bench_report_free(struct bench_report *r)
         free(r->line[k].text);
         free(r->line[k].unit);
     }
+    for (int k = 0; k < r->n_points; k++)
+        free(r->point[k].method);
+    free(r->point);
     free(r->row);
     free(r->line);
     free(r);
@@ -138,6 +148,12 @@ static void add_line(struct bench_report *r, char *text, char *unit, double valu
 void bench_figure(struct bench_report *r, const char *what, double value, const char *unit)
 {
     add_line(r, xstrdup(what), xstrdup(unit), value);
+}
+
+void bench_growth(struct bench_report *r, const char *method, double n, double wall_s)
+{
+    r->point = xrealloc(r->point, (size_t)r->n_points + 1, sizeof *r->point);
+    r->point[r->n_points++] = (struct point){r->now, xstrdup(method), n, wall_s};
 }
 
 void bench_note(struct bench_report *r, const char *fmt, ...)
@@ -295,11 +311,51 @@ static bool plot_stage(const struct bench_report *r, const struct bench *b, cons
     return !pclose(gp) && any;
 }
 
-static void page_stage(const struct bench_report *r, const struct bench *b, bool plotted, FILE *f)
+// Time against size, one curve a method, and n^2 log n from the start of the first.
+static bool plot_growth(const struct bench_report *r, const struct bench *b, const char *folder)
+{
+    FILE *gp = popen("gnuplot 2>/dev/null", "w");
+    if (!gp)
+        return false;
+    char *plots = NULL;
+    size_t size;
+    FILE *to = open_memstream(&plots, &size);
+    const struct point *first = NULL, *before = NULL;
+    for (int k = 0; k < r->n_points; k++) {
+        const struct point *p = &r->point[k];
+        if (p->bench != b)
+            continue;
+        if (!before || strcmp(before->method, p->method)) {
+            if (before)
+                fputs("EOD\n", gp);
+            fprintf(gp, "$d%d << EOD\n", k);
+            fprintf(to, "$d%d using 1:2 with linespoints pt 7 title \"%s\", ", k, p->method);
+        }
+        fprintf(gp, "%g %g\n", p->n, p->wall_s * 1e3);
+        first = first ? first : p;
+        before = p;
+    }
+    fclose(to);
+    if (first)
+        fprintf(gp,
+                "EOD\nset terminal svg size 760,460 font 'sans,13' background '#ffffff'\n"
+                "set output '%s/%s-growth.svg'\nset title '%s: time against size' noenhanced\n"
+                "set logscale xy\nset format y '10^{%%L}'\nset xlabel 'nodes a side'\n"
+                "set ylabel 'time, ms'\nset grid lc '#dddddd'\nset key left top\n"
+                "plot %s%g*(x/%g)**2*log(x)/log(%g) dt 2 lc '#888888' title 'n^2 log n'\n",
+                folder, b->name, b->name, plots, first->wall_s * 1e3, first->n, first->n);
+    free(plots);
+    return !pclose(gp) && first;
+}
+
+static void page_stage(const struct bench_report *r, const struct bench *b, bool plotted,
+                       bool grows, FILE *f)
 {
     fprintf(f, "<h2>%s</h2><p>%s</p>", b->name, b->summary);
     if (plotted)
         fprintf(f, "<img src=\"%s.svg\" alt=\"time against error\">", b->name);
+    if (grows)
+        fprintf(f, "<img src=\"%s-growth.svg\" alt=\"time against size\">", b->name);
     fputs("<table><tr><th>method<th>setting<th>wall, ms<th>CPU, ms<th>peak, MB<th>error<th>of</tr>",
           f);
     for (int k = 0; k < r->n_rows; k++) {
@@ -339,7 +395,7 @@ bool bench_report_write(const struct bench_report *r, const char *folder, struct
     for (int k = 0; ok && k < r->n_rows; k++)
         if (r->row[k].bench != last) {
             last = r->row[k].bench;
-            page_stage(r, last, plot_stage(r, last, folder), f);
+            page_stage(r, last, plot_stage(r, last, folder), plot_growth(r, last, folder), f);
         }
     fclose(f);
     ok = ok && outfile_write(page, text, size, e);
