@@ -11,7 +11,7 @@
 #pragma once
 #include "calib/record.h"
 
-#define BOKEH_TV 0.005 // without it edges ring: 9 % of a phone's height, with it 6 %
+#define BOKEH_TV 0.005 // without it edges ring: 8 % of a simulated phone's height, with it 7 %
 
 struct bokeh_channel {
     char name[8];    // "B", "G", "R" or "Y"

@@ -263,7 +263,7 @@ static bool codes(struct bench_report *r, struct err *e)
     }
     static const char *const method[] = {"robertson", "debevec"};
     for (int m = 0; ok && m < 2; m++) {
-        char name[40];
+        char name[80];
         if (!run_opencv(&b, method[m], &peer_s)) {
             bench_note(r, "nacre-hdr-peer is not built (Debian: libopencv-photo-dev): OpenCV's "
                           "merges are not compared");
