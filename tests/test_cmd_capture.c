@@ -3,7 +3,10 @@
 
 #include "core/outfile.h"
 #include "tests/run.h"
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
 
 static const char rig[] = "name: small\n"
                           "camera: {uri: 'sim:w=96,h=64,rig=@rig,world=@run', bits: 12}\n"
@@ -134,6 +137,36 @@ TEST(a_killed_client_stops_its_capture_and_resume_waits_for_that)
            "");
 }
 
+// Where nacred would listen: hangs up on the first who comes, and is gone.
+static pid_t hang_up_once(const char *path)
+{
+    struct sockaddr_un at = {.sun_family = AF_UNIX};
+    snprintf(at.sun_path, sizeof at.sun_path, "%s", path);
+    const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    assert_int_equal(bind(fd, (struct sockaddr *)&at, sizeof at), 0);
+    assert_int_equal(listen(fd, 1), 0);
+    const pid_t pid = fork();
+    if (pid == 0) {
+        const int client = accept(fd, NULL, NULL);
+        unlink(path);
+        close(fd);
+        close(client);
+        _exit(0);
+    }
+    close(fd);
+    return pid;
+}
+
+TEST(a_nacred_that_ends_before_it_answers_is_replaced)
+{
+    put("plan.yaml", "name: p\nlights: [led]\nfilters: [red]\nexposures: [1ms]\nrepeats: 3\n");
+    const pid_t pid = hang_up_once("tired.sock");
+    setenv("NACRE_SOCKET", "tired.sock", 1);
+    expect("capture --rig rig.yaml --plan plan.yaml -o s", 0, "complete", "");
+    unsetenv("NACRE_SOCKET");
+    assert_int_equal(waitpid(pid, NULL, 0), pid);
+}
+
 // The rig whose camera is the session s.
 static void put_replay_rig(void)
 {
@@ -193,6 +226,7 @@ int main(void)
         T(an_export_checks_itself),
         T(a_series_over_focus_is_captured_and_a_focus_out_of_reach_refused),
         T(an_interrupted_capture_is_partial_and_resumes),
+        T(a_nacred_that_ends_before_it_answers_is_replaced),
         T(a_session_replays_byte_for_byte),
         T(an_automatic_bracket_replays_with_its_metering),
         T(a_killed_client_stops_its_capture_and_resume_waits_for_that),

@@ -19,8 +19,8 @@ enum { LINE = 1 << 16 };
 struct remote {
     const struct remote_order *order;
     int fd;
-    int64_t capture; // 0: not yet answered
-    bool over, stopped;
+    int64_t capture;          // 0: not yet answered
+    bool over, stopped, gone; // gone: nacred has closed the connection
     struct err how;
     char in[LINE + 1];
     size_t n;
@@ -38,6 +38,7 @@ static bool say(struct remote *r, char *line, struct err *e) // takes line
 {
     const size_t n = strlen(line);
     const bool ok = send(r->fd, line, n, MSG_NOSIGNAL) == (ssize_t)n;
+    r->gone |= !ok;
     free(line);
     return ok || err_set(e, ERR_DEVICE, "nacred does not listen any more");
 }
@@ -106,7 +107,8 @@ static bool receive(struct remote *r, struct err *e)
     const ssize_t n = read(r->fd, r->in + r->n, LINE - r->n);
     if (n < 0 && errno == EINTR)
         return true;
-    if (n <= 0)
+    r->gone = n <= 0;
+    if (r->gone)
         return err_set(e, ERR_DEVICE, "nacred has died; the light is off, and --resume goes on");
     r->n += (size_t)n;
     r->in[r->n] = 0;
@@ -143,12 +145,13 @@ static bool wait_for_end(struct remote *r, struct err *e)
     return r->how.code == ERR_NONE;
 }
 
-static bool once(const struct remote_order *order, struct err *e)
+static bool once(const struct remote_order *order, bool *unheard, struct err *e)
 {
     struct remote *r = xcalloc(1, sizeof *r);
     r->order = order;
     r->fd = endpoint_connect(e);
     const bool ok = r->fd >= 0 && ask_to_start(r, e) && wait_for_end(r, e);
+    *unheard = !ok && r->fd >= 0 && r->gone && !r->capture;
     if (r->fd >= 0)
         close(r->fd);
     free(r);
@@ -159,13 +162,15 @@ bool remote_capture(const struct remote_order *order, struct err *e)
 {
     enum { TRIES = 50, EACH_US = 100000 };
     stop_fd(true); // from here on signals wait until they are looked at
-    bool ok = once(order, e);
+    bool unheard, ok = once(order, &unheard, e);
+    for (int k = 0; unheard && k < 3; k++) // it was about to end, idle: a new one is started
+        ok = once(order, &unheard, e);
     // What is to be resumed may not have ended yet: nacred needs a moment when its client dies.
     for (int k = 0; !ok && order->resume && e->code == ERR_FILE && k < TRIES &&
                     strstr(e->msg, "another process is writing");
          k++) {
         usleep(EACH_US);
-        ok = once(order, e);
+        ok = once(order, &unheard, e);
     }
     return ok;
 }
