@@ -50,10 +50,7 @@ uint8_t *grey_from(const float *light, size_t n, struct err *e)
 {
     enum { PROBES = 20000 };
     float probe[PROBES];
-    const size_t count = n < PROBES ? n : PROBES;
-    for (size_t k = 0; k < count; k++)
-        probe[k] = light[(size_t)((double)k / (double)count * (double)n)];
-    sort_floats(probe, count);
+    const size_t count = sorted_probe(light, n, probe, PROBES);
     const double white = fmax(1e-30, (double)probe[(size_t)(0.995 * (double)(count - 1))]);
     uint8_t *grey = sample_alloc(n, 1, "picture", e);
     for (size_t k = 0; grey && k < n; k++)

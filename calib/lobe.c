@@ -25,11 +25,7 @@ static double median_of(const float *light, size_t n)
 {
     enum { MOST = 10000 };
     float probe[MOST];
-    const size_t count = n < MOST ? n : MOST;
-    for (size_t k = 0; k < count; k++)
-        probe[k] = light[(size_t)((double)k / (double)count * (double)n)];
-    sort_floats(probe, count);
-    return (double)probe[count / 2];
+    return (double)probe[sorted_probe(light, n, probe, MOST) / 2];
 }
 
 // The box about the brightest place, out to where rows and columns through it fall to a third.

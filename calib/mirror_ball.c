@@ -91,12 +91,11 @@ static double split(const float *sorted, size_t n)
 static bool guess_circle(const struct view *v, struct circle *c, struct err *e)
 {
     enum { MOST = 40000 };
-    const size_t n = (size_t)v->w * (size_t)v->h, count = n < MOST ? n : MOST;
+    const size_t n = (size_t)v->w * (size_t)v->h;
     const size_t rim = 2 * ((size_t)v->w + (size_t)v->h);
-    float *probe = xcalloc(count, sizeof *probe), *border = xcalloc(rim, sizeof *border);
+    float *probe = xcalloc(MOST, sizeof *probe), *border = xcalloc(rim, sizeof *border);
+    const size_t count = sorted_probe(v->light, n, probe, MOST);
     size_t m = 0;
-    for (size_t k = 0; k < count; k++)
-        probe[k] = v->light[(size_t)((double)k / (double)count * (double)n)];
     for (int i = 0; i < v->w; i++) {
         border[m++] = v->light[i];
         border[m++] = v->light[(size_t)(v->h - 1) * (size_t)v->w + (size_t)i];
@@ -105,7 +104,6 @@ static bool guess_circle(const struct view *v, struct circle *c, struct err *e)
         border[m++] = v->light[(size_t)j * (size_t)v->w];
         border[m++] = v->light[(size_t)j * (size_t)v->w + (size_t)v->w - 1];
     }
-    sort_floats(probe, count);
     sort_floats(border, m);
     const double level = split(probe, count * 99 / 100); // the light's mirror image is no level
     const bool above = (double)border[m / 2] < level;

@@ -23,3 +23,12 @@ void sort_doubles(double *v, size_t n)
 {
     qsort(v, n, sizeof *v, order_doubles);
 }
+
+size_t sorted_probe(const float *v, size_t n, float *probe, size_t most)
+{
+    const size_t count = n < most ? n : most;
+    for (size_t k = 0; k < count; k++)
+        probe[k] = v[(size_t)((double)k / (double)count * (double)n)];
+    sort_floats(probe, count);
+    return count;
+}

@@ -46,6 +46,23 @@ static inline int count_errors(const char *text)
     return n;
 }
 
+// A run that must succeed.
+static inline struct run do_run(const char *words)
+{
+    const struct run r = run_nacre(words);
+    if (r.status)
+        fail_msg("nacre %s: %s", words, r.err);
+    return r;
+}
+
+// A run that must end with this status and one error that holds the sentence.
+static inline void assert_refuses(const char *words, int status, const char *sentence)
+{
+    const struct run r = run_nacre(words);
+    if (r.status != status || !strstr(r.err, sentence) || count_errors(r.err) != 1)
+        fail_msg("nacre %s: exit %d, '%s' lacks '%s'", words, r.status, r.err, sentence);
+}
+
 // A folder of the test's own below the build tree, made empty and entered.
 static inline void enter_scratch(const char *name)
 {

@@ -11,14 +11,6 @@ static void write_text(const char *path, const char *text)
     fclose(f);
 }
 
-static struct run do_run(const char *words)
-{
-    const struct run r = run_nacre(words);
-    if (r.status)
-        fail_msg("nacre %s: %s", words, r.err);
-    return r;
-}
-
 static double said(const struct run *r, const char *key)
 {
     char line[80];
@@ -29,9 +21,7 @@ static double said(const struct run *r, const char *key)
 
 static void refused(const char *words, int status, const char *sentence)
 {
-    const struct run r = run_nacre(words);
-    if (r.status != status || !strstr(r.err, sentence) || count_errors(r.err) != 1)
-        fail_msg("nacre %s: exit %d, '%s' lacks '%s'", words, r.status, r.err, sentence);
+    assert_refuses(words, status, sentence);
     assert_int_not_equal(access("out.yaml", F_OK), 0);
 }
 

@@ -5,19 +5,9 @@
 #include "core/geom.h"
 #include "tests/run.h"
 
-static struct run do_run(const char *words)
-{
-    const struct run r = run_nacre(words);
-    if (r.status)
-        fail_msg("nacre %s: %s", words, r.err);
-    return r;
-}
-
 static void refused(const char *words, int status, const char *sentence)
 {
-    const struct run r = run_nacre(words);
-    if (r.status != status || !strstr(r.err, sentence) || count_errors(r.err) != 1)
-        fail_msg("nacre %s: exit %d, '%s' lacks '%s'", words, r.status, r.err, sentence);
+    assert_refuses(words, status, sentence);
     assert_int_not_equal(access("out.yaml", F_OK), 0);
 }
 

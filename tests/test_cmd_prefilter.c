@@ -6,18 +6,9 @@
 
 #define SAMPLE "--tangent 1,0.2,0 --normal 0,0.3,1 "
 
-static void do_run(const char *words)
-{
-    const struct run r = run_nacre(words);
-    if (r.status)
-        fail_msg("nacre %s: %s", words, r.err);
-}
-
 static void refused(const char *words, int status, const char *sentence)
 {
-    const struct run r = run_nacre(words);
-    if (r.status != status || !strstr(r.err, sentence) || count_errors(r.err) != 1)
-        fail_msg("nacre %s: exit %d, '%s' lacks '%s'", words, r.status, r.err, sentence);
+    assert_refuses(words, status, sentence);
     assert_int_not_equal(access("out.pfm", F_OK), 0);
 }
 

@@ -17,13 +17,6 @@ static void write_text(const char *path, const char *text)
     fclose(f);
 }
 
-static void do_run(const char *words)
-{
-    const struct run r = run_nacre(words);
-    if (r.status)
-        fail_msg("nacre %s: %s", words, r.err);
-}
-
 static void capture(void)
 {
     enter_scratch("hdr_session");
@@ -71,7 +64,7 @@ TEST(a_merged_session_is_the_simulators_light_over_the_irradiance)
     for (int stop = -6; stop < 2; stop += 2) {
         compare(&m, &t, irradiance, exp2(stop), exp2(stop + 2), &bias, &sigma, &chi2);
         assert_near(bias, 0, 2e-3 + 3 * sigma); // the scales have some 0.1 %
-        assert_near(chi2, 1.05, 0.25); // the sensor's PRNU is no noise of a merge
+        assert_near(chi2, 1.05, 0.25);          // the sensor's PRNU is no noise of a merge
     }
     compare(&m, &t, irradiance, 1e-9, exp2(-10), &bias, &sigma, &chi2);
     assert_near(chi2, 1.1, 0.3); // dark current and offsets are gone
