@@ -39,20 +39,18 @@ bool bokeh_read(struct sim_bokeh *b, struct ynode *root, struct err *e)
                   ymap_num(y, "center-y", Y_OPTIONAL, UNIT_PX, -1e5, 1e5, &b->center_y, e));
 }
 
-// Part of the span at a place of the sample, means of 3 x 3 places within the pixel.
-static double intensity(const struct sim_bokeh *b, const struct sample *s, double x, double y)
+// Where a place of the sample lies between its lowest and highest, means of 3 x 3 places within
+// the pixel; of a sample without relief, what it reflects.
+static double intensity(const struct sim_bokeh *b, const struct sample *s, double low_m,
+                        double high_m, double x, double y)
 {
-    const double span = sample_height_span(s), step = b->m_per_px / 3;
-    double low = 0, sum = 0;
-    if (s->map.z)
-        hfield_range(&s->map, &low, &(double){0});
-    for (int k = 0; k < s->n_shapes; k++)
-        low = fmin(low, fmin(s->shape[k].height_m, s->shape[k].height_m + s->shape[k].rise_m));
+    const double span = high_m - low_m, step = b->m_per_px / 3;
+    double sum = 0;
     for (int q = -1; q <= 1; q++)
         for (int p = -1; p <= 1; p++) {
             double amplitude;
             const double z = sample_height(s, x + p * step, y + q * step, &amplitude);
-            sum += span > 0 ? (z - low) / span : amplitude * amplitude;
+            sum += span > 0 ? (z - low_m) / span : amplitude * amplitude;
         }
     return b->floor + (1 - b->floor) * sum / 9;
 }
@@ -62,8 +60,10 @@ bool bokeh_photo(const struct sim_bokeh *b, const struct sample *s, struct image
 {
     struct image im;
     const double c = cos(b->turn_rad), i_ = sin(b->turn_rad);
+    double low_m, high_m;
     if (!image_init(&im, b->w, b->h, 3, e))
         return false;
+    sample_height_range(s, &low_m, &high_m);
 #pragma omp parallel for schedule(dynamic, 8)
     for (int j = 0; j < b->h; j++)
         for (int i = 0; i < b->w; i++) {
@@ -73,7 +73,7 @@ bool bokeh_photo(const struct sim_bokeh *b, const struct sample *s, struct image
                 continue;
             // The sample's x to the right and y down; turned counter-clockwise, x points up.
             const double x = (c * dx - i_ * dy) * b->m_per_px, y = (i_ * dx + c * dy) * b->m_per_px;
-            const double l = intensity(b, s, x, y) * (1 - b->shade * r * r);
+            const double l = intensity(b, s, low_m, high_m, x, y) * (1 - b->shade * r * r);
             for (int k = 0; k < 3; k++)
                 im.px[((size_t)j * (size_t)b->w + (size_t)i) * 3 + (size_t)k] =
                     (float)(b->level[k] * l);

@@ -104,7 +104,9 @@ bool farfield_init(struct farfield *p, const struct sample *s, const struct farf
 {
     const double q0 = r->w_min / r->lambda_max_m, q1 = r->w_max / r->lambda_min_m;
     const double far = r->h_max / r->lambda_min_m + reach(s, q1);
-    const double span = sample_height_span(s);
+    double low_m, high_m;
+    sample_height_range(s, &low_m, &high_m);
+    const double span = high_m - low_m;
     struct farfield got = {.sample = s, .q_mid = 0.5 * (q0 + q1), .q_half = 0.5 * (q1 - q0)};
     if (far * s->period_x_m > REACH || (!isinf(s->period_y_m) && far * s->period_y_m > REACH))
         return err_set(e, ERR_DATA, "more than %d orders: the period is too long for these angles",

@@ -14,19 +14,18 @@ void sample_finish(struct sample *s)
     *s = (struct sample){0};
 }
 
-double sample_height_span(const struct sample *s)
+void sample_height_range(const struct sample *s, double *lo_m, double *hi_m)
 {
     double lo = 0, hi = 0;
-    if (s->map.z) {
+    if (s->map.z)
         hfield_range(&s->map, &lo, &hi);
-        return hi - lo;
-    }
     for (int k = 0; k < s->n_shapes; k++) {
         const double a = s->shape[k].height_m, b = a + s->shape[k].rise_m;
         lo = fmin(lo, fmin(a, b));
         hi = fmax(hi, fmax(a, b));
     }
-    return hi - lo;
+    *lo_m = lo;
+    *hi_m = hi;
 }
 
 double sample_fresnel(const struct sample *s, double cos_d)

@@ -42,7 +42,7 @@ struct sample {
 bool sample_read(struct sample *s, struct ynode *map, const char *path, struct err *e);
 void sample_finish(struct sample *s); // accepts a zeroed struct
 
-double sample_height_span(const struct sample *s); // largest minus smallest height of the cell, m
+void sample_height_range(const struct sample *s, double *lo_m, double *hi_m); // of the whole cell
 
 // Power reflectance F^2 for a half-angle: cos theta_d = |h| / 2 (docs/optics.md).
 double sample_fresnel(const struct sample *s, double cos_d);

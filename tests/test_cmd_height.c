@@ -2,6 +2,7 @@
 #include "tests/run.h"
 
 #include "core/hfield_file.h"
+#include "core/imgfile.h"
 
 static void write_field(const char *path, double tilt, bool hole)
 {
@@ -125,12 +126,32 @@ TEST(what_cannot_be_done_leaves_no_file)
         assert_int_equal(count_errors(r.err), 1);
         assert_int_not_equal(access("never.gsf", F_OK), 0);
     }
+    assert_int_equal(run_nacre("look empty.gsf never.png").status, 3);
+    assert_int_not_equal(access("never.png", F_OK), 0);
     assert_int_equal(run_nacre("height a.gsf -o a.png").status, 3); // without --z-scale
     assert_int_not_equal(access("a.png", F_OK), 0);
+}
+
+TEST(a_look_at_heights_is_darkest_at_the_lowest_node)
+{
+    enter_scratch("cmd_height_look");
+    write_field("sine.gsf", 0, true);
+    const struct run r = run_nacre("look sine.gsf sine.png --json");
+    assert_int_equal(r.status, 0);
+    assert_near(number(&r, "lowest_m"), -1e-7, 1e-9);
+    assert_near(number(&r, "highest_m"), 1e-7, 1e-9);
+    struct image im;
+    struct err e;
+    assert_true(image_read(&im, "sine.png", &e));
+    assert_true(im.w == 200 && im.h == 100);
+    const float *low = im.px + 3 * 19, *high = im.px + 3 * 6; // the sine has 25 nodes a period
+    assert_true(low[0] + low[1] + low[2] < 0.1F && high[0] + high[1] + high[2] > 1.5F);
+    image_finish(&im);
 }
 
 TEST_MAIN(cmocka_unit_test(figures_come_without_a_file),
           cmocka_unit_test(steps_work_in_one_order_and_say_what_they_made),
           cmocka_unit_test(gsf_to_x3p_to_gsf_is_the_identity),
           cmocka_unit_test(measured_files_have_the_sizes_that_their_headers_state),
+          cmocka_unit_test(a_look_at_heights_is_darkest_at_the_lowest_node),
           cmocka_unit_test(what_cannot_be_done_leaves_no_file))

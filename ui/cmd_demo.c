@@ -44,6 +44,9 @@ struct step {
 };
 
 enum {
+    NOISE_SHOTS,
+    DARK,
+    NOISE,
     CAPTURE,
     VERIFY,
     MERGE,
@@ -52,11 +55,30 @@ enum {
     TRUTH,
     JUDGE,
     RENDER,
+    GRATING,
+    BOKEH_RECORD,
+    HIGHLIGHT,
+    HEIGHT,
+    HEIGHT_TABLES,
+    HEIGHT_RENDER,
     PICTURES,
-    N_STEPS = PICTURES + 3
+    N_STEPS = PICTURES + 5
 };
 
 static const struct step plan[N_STEPS] = {
+    [NOISE_SHOTS] =
+        {"Calibrate",
+         "Pairs of equal exposures, and dark frames: what the camera itself adds to a picture.",
+         "capture --rig %/sim.yaml --plan %/plans/noise.yaml -o @/calibration",
+         {{0}}},
+    [DARK] = {"Dark",
+              "Black level, read noise, dark current and hot pixels, pixel by pixel.",
+              "calib dark @/calibration -o @/dark.exr",
+              {{"read_noise", "read noise", 1, " counts"}}},
+    [NOISE] = {"Noise",
+               "Gain by photon transfer: how the variance of a pixel grows with its level.",
+               "calib noise @/calibration --dark @/dark.exr -o @/noise.yaml",
+               {{"electrons_per_count", "gain", 1, " e/count"}}},
     [CAPTURE] =
         {"Capture",
          "An LED flash, a narrow-band filter, one exposure after the other. The daemon's run "
@@ -72,7 +94,7 @@ static const struct step plan[N_STEPS] = {
         {"Merge",
          "Each pixel is the average of its exposures with weights of one over their variance: shot "
          "and read noise decide, saturated samples do not count.",
-         "hdr @/session -o @/session/products/radiance.exr",
+         "hdr @/session --dark @/dark.exr --noise @/noise.yaml -o @/session/products/radiance.exr",
          {{"range_stops", "dynamic range", 1, " stops"}}},
     [TABLE] =
         {"Table",
@@ -107,12 +129,42 @@ static const struct step plan[N_STEPS] = {
                 "render %/scenes/plane.yaml --table @/session/products/table.exr -o @/render.png "
                 "--size 1280x960",
                 {{0}}},
+    [GRATING] = {"Grating",
+                 "Far out of focus the highlight is a disc, and in it the surface is seen. First "
+                 "one that is known, for the scale: a ruled grating of 600 lines/mm.",
+                 "simulate %/samples/blazed.yaml --what bokeh -o @/grating.exr",
+                 {{0}}},
+    [BOKEH_RECORD] = {"Bokeh",
+                      "The disc, the turn, the scale, the blur, and from intensity to height.",
+                      "calib bokeh @/grating.exr --lines 600/mm --blaze 13deg -o @/bokeh.yaml",
+                      {{"um_per_px", "bokeh scale", 1, " um/px"}}},
+    [HIGHLIGHT] = {"Highlight",
+                   "Then the sample: ridges as on a snake's scale, 1.6 um apart.",
+                   "simulate %/samples/quasi-periodic.yaml --what bokeh -o @/highlight.exr",
+                   {{0}}},
+    [HEIGHT] = {"Height",
+                "Deblurred, scaled and levelled: a height field.",
+                "bokeh @/highlight.exr --calibration @/bokeh.yaml -o @/height.gsf",
+                {{"height_sd_m", "height, standard deviation", 1e9, " nm"}}},
+    [HEIGHT_TABLES] = {"Tables",
+                       "How that surface diffracts, for all angles: a few tables over the half "
+                       "vector with a curve in w each, as many as the error asked for needs.",
+                       "tables @/height.gsf --coherence 25um --illuminant D65 --tolerance 1e-2 "
+                       "-o @/height-tables.exr",
+                       {{"error_l2", "tables of the height field, error", 100, " %"}}},
+    [HEIGHT_RENDER] = {"Surface",
+                       "The same surface rolled to a cylinder, under one light.",
+                       "render %/scenes/cylinder.yaml --table @/height-tables.exr "
+                       "-o @/height-render.png --size 960x720",
+                       {{0}}},
     [PICTURES] = {"Pictures",
                   "",
                   "look @/session/products/radiance.exr @/radiance.png --false-color 5",
                   {{0}}},
     {"Pictures", "", "look @/session/products/table.exr @/table.png", {{0}}},
     {"Pictures", "", "look @/truth.exr @/truth.png", {{0}}},
+    {"Pictures", "", "look @/highlight.exr @/highlight.png --exposure 0", {{0}}},
+    {"Pictures", "", "look @/height.gsf @/height.png", {{0}}},
 };
 
 struct run {
@@ -190,9 +242,13 @@ static bool write_report(const char *out, const struct run *run, struct err *e)
     html_open(&h, "From a sample to a rendered picture",
               "nacre " NACRE_VERSION
               " on the simulated rig: a phone-like screen of 25 um pixels, photographed, "
-              "merged, turned into a diffraction table, judged against the truth, and drawn.");
+              "merged, turned into a diffraction table, judged against the truth, and drawn; then "
+              "a finely ridged surface, from its out-of-focus highlight to heights.");
     write_cards(&h, run, total_s);
     html_picture(&h, "render.png", "The rendered sample.");
+    section(&h, NOISE_SHOTS, out);
+    section(&h, DARK, out);
+    section(&h, NOISE, out);
     section(&h, CAPTURE, out);
     html_picture(&h, "bracket.png", "The bracket, shortest exposure first. Red: saturated.");
     section(&h, VERIFY, out);
@@ -210,6 +266,15 @@ static bool write_report(const char *out, const struct run *run, struct err *e)
     html_picture(&h, "error.png",
                  "Error of the table, logarithmic: bright is the worst, black 1e-4 of it.");
     section(&h, RENDER, out);
+    section(&h, GRATING, out);
+    section(&h, BOKEH_RECORD, out);
+    section(&h, HIGHLIGHT, out);
+    html_picture(&h, "highlight.png", "The sample in its own out-of-focus highlight.");
+    section(&h, HEIGHT, out);
+    html_picture(&h, "height.png", "The height field, dark is low.");
+    section(&h, HEIGHT_TABLES, out);
+    section(&h, HEIGHT_RENDER, out);
+    html_picture(&h, "height-render.png", "What the height field makes of light.");
     write_times(&h, run, total_s);
     char *path = xasprintf("%s/report.html", out);
     const bool ok = html_close(&h, path, e);
@@ -227,17 +292,22 @@ static int remove_one(const char *path, const struct stat *st, int kind, struct 
     return remove(path);
 }
 
-static bool prepare(const char *out, struct err *e)
+// Only what a demo makes: a session lies in a folder of its own, which capture would refuse.
+static bool remove_session(const char *out, const char *name, struct err *e)
 {
-    if (mkdir(out, 0777) && errno != EEXIST)
-        return err_errno(e, "%s", out);
-    // Only what a demo makes: a session lies in a folder of its own, which capture would refuse.
-    char *session = xasprintf("%s/session", out), *ledger = xasprintf("%s/ledger.db", session);
+    char *session = xasprintf("%s/%s", out, name), *ledger = xasprintf("%s/ledger.db", session);
     const bool ok = access(ledger, F_OK) || !nftw(session, remove_one, 16, FTW_DEPTH | FTW_PHYS) ||
                     err_errno(e, "%s: cannot be removed", session);
     free(session);
     free(ledger);
     return ok;
+}
+
+static bool prepare(const char *out, struct err *e)
+{
+    if (mkdir(out, 0777) && errno != EEXIST)
+        return err_errno(e, "%s", out);
+    return remove_session(out, "calibration", e) && remove_session(out, "session", e);
 }
 
 static bool run(const void *args_, struct cli *cli, struct err *e)

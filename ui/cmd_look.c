@@ -1,6 +1,7 @@
 // cmd_look.c - nacre look: any picture, table or height field as something to look at.
 #define _GNU_SOURCE
 #include "core/colormap.h"
+#include "core/hfield_file.h"
 #include "core/imgfile.h"
 #include "core/mem.h"
 #include "core/sort.h"
@@ -40,6 +41,14 @@ static double percentile(const struct image *im, double share)
     return value;
 }
 
+static void set_colour(float px[3], double v)
+{
+    unsigned char rgb[3];
+    colormap(v, rgb);
+    for (int q = 0; q < 3; q++)
+        px[q] = (float)srgb_decode(rgb[q] / 255.0);
+}
+
 static void false_colour(const struct image *im, int c, double decades, struct image *out)
 {
     const size_t n = (size_t)im->w * (size_t)im->h;
@@ -48,10 +57,7 @@ static void false_colour(const struct image *im, int c, double decades, struct i
         peak = fmax(peak, (double)im->px[k * (size_t)im->nc + (size_t)c]); // fmax passes over NAN
     for (size_t k = 0; k < n; k++) {
         const double v = (double)im->px[k * (size_t)im->nc + (size_t)c];
-        unsigned char rgb[3];
-        colormap(isnan(v) ? NAN : 1 + log10(fmax(v / peak, 1e-30)) / decades, rgb);
-        for (int q = 0; q < 3; q++)
-            out->px[3 * k + (size_t)q] = (float)srgb_decode(rgb[q] / 255.0);
+        set_colour(out->px + 3 * k, isnan(v) ? NAN : 1 + log10(fmax(v / peak, 1e-30)) / decades);
     }
 }
 
@@ -87,12 +93,36 @@ static bool expose(struct image *rgb, const char *text, double *stops, struct er
     return true;
 }
 
+// A height field on the linear colour scale from its lowest to its highest node.
+static bool look_at_heights(const char *in, const char *to, struct doc *doc, struct err *e)
+{
+    struct hfield hf = {0};
+    struct image out = {0};
+    double lo_m = 0, hi_m = 0;
+    bool ok =
+        hfield_read(&hf, in, NULL, e) && image_init(&out, hf.nx, hf.ny, 3, e) &&
+        (hfield_range(&hf, &lo_m, &hi_m) || err_set(e, ERR_DATA, "%s: no node was measured", in));
+    if (ok) {
+        const size_t n = (size_t)hf.nx * (size_t)hf.ny;
+        for (size_t k = 0; k < n; k++)
+            set_colour(out.px + 3 * k, ((double)hf.z[k] - lo_m) / (hi_m > lo_m ? hi_m - lo_m : 1));
+        doc_num(doc, "lowest_m", lo_m);
+        doc_num(doc, "highest_m", hi_m);
+        ok = image_write(&out, to, e);
+    }
+    hfield_finish(&hf);
+    image_finish(&out);
+    return ok;
+}
+
 static bool run(const void *args_, struct cli *cli, struct err *e)
 {
     const struct args *args = args_;
     const char *in = cli->operand[0], *to = cli->operand[1];
     if (!isnan(args->decades) && !(args->decades > 0))
         return err_set(e, ERR_DATA, "--false-color %g: must be above 0", args->decades);
+    if (path_is_height(in))
+        return look_at_heights(in, to, cli->doc, e);
     struct image im = {0}, out = {0};
     bool ok = image_read(&im, in, e) && image_init(&out, im.w, im.h, 3, e);
     if (ok && isnan(args->decades)) {
@@ -114,13 +144,15 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
 
 const struct command cmd_look = {
     .name = "look",
-    .summary = "make a picture to look at: exposed, XYZ as sRGB, or in false colour",
+    .summary =
+        "make a picture to look at: exposed, XYZ as sRGB, or in false colour; of heights too",
     .operands = "IN OUT.png",
     .min_operands = 2,
     .max_operands = 2,
     .opts = opts,
     .args_size = sizeof(struct args),
-    .notes =
-        "  nacre look radiance.exr radiance.png --false-color 5\n  nacre look table.exr table.png",
+    .notes = "  nacre look radiance.exr radiance.png --false-color 5\n"
+             "  nacre look table.exr table.png\n"
+             "  nacre look height.gsf height.png",
     .run = run,
 };
