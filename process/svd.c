@@ -33,7 +33,7 @@ bool svdf(int m, int n, float *a, float *u, float *s, float *vt, struct err *e)
 // Leading triplets: N. Halko, P. G. Martinsson, J. A. Tropp, "Finding structure with randomness",
 // SIAM Review 2011, algorithms 4.4 and 5.1. A tall matrix is kept column by column, [l][rows].
 
-enum { OVERSAMPLE = 10, MOST_ITERATIONS = 12 };
+enum { OVERSAMPLE = 10, EIGHT = 8 /* floats are taken at once */, MOST_ITERATIONS = 12, CUTS = 8 };
 
 static void signs(float *x, size_t count) // splitmix64: one bit a sample
 {
@@ -46,14 +46,21 @@ static void signs(float *x, size_t count) // splitmix64: one bit a sample
     }
 }
 
-// to[l][rows of op(a)] = op(a) from; a[m][n] row by row is its transpose to Fortran.
+// to[l][rows of op(a)] = op(a) from; a[m][n] row by row is its transpose to Fortran. Cut into the
+// same pieces whatever the number of threads.
 static void apply(bool transposed, int m, int n, int l, const float *a, const float *from,
                   float *to)
 {
     const float one = 1, zero = 0;
     const int rows = transposed ? n : m, inner = transposed ? m : n;
-    sgemm_(transposed ? "N" : "T", "N", &rows, &l, &inner, &one, a, &n, from, &inner, &zero, to,
-           &rows);
+    const size_t step = transposed ? 1 : (size_t)n;
+#pragma omp parallel for schedule(static)
+    for (int k = 0; k < CUTS; k++) {
+        const int first = rows / CUTS * k,
+                  count = (k < CUTS - 1 ? first + rows / CUTS : rows) - first;
+        sgemm_(transposed ? "N" : "T", "N", &count, &l, &inner, &one, a + (size_t)first * step, &n,
+               from, &inner, &zero, to + first, &rows);
+    }
 }
 
 // Orthonormal columns in place of q; r[l][l] (may be NULL), column by column, with q_old = q r.
@@ -72,9 +79,27 @@ static bool orthonormalise(int rows, int l, float *q, float *r, struct err *e)
 
 static double squares(const float *a, size_t count)
 {
-    double sum = 0;
-    for (size_t k = 0; k < count; k++)
+    double lane[EIGHT] = {0}, sum = 0;
+    size_t k = 0;
+    for (; k + EIGHT <= count; k += EIGHT)
+        for (size_t q = 0; q < EIGHT; q++)
+            lane[q] += (double)a[k + q] * (double)a[k + q];
+    for (; k < count; k++)
         sum += (double)a[k] * (double)a[k];
+    for (int q = 0; q < EIGHT; q++)
+        sum += lane[q];
+    return sum;
+}
+
+static double squares_by_rows(int m, int n, const float *a)
+{
+    double *row = xcalloc((size_t)m, sizeof *row), sum = 0;
+#pragma omp parallel for schedule(static)
+    for (int i = 0; i < m; i++)
+        row[i] = squares(a + (size_t)i * (size_t)n, (size_t)n);
+    for (int i = 0; i < m; i++)
+        sum += row[i];
+    free(row);
     return sum;
 }
 
@@ -107,7 +132,8 @@ static void sketch_free(struct sketch *k)
     free(k->s);
 }
 
-// Power iterations until the r leading singular values hold still: left = |a|^2 - sum of s^2.
+// Power iterations until |a|^2 - sum of s^2 of the r leading has come down to its least, to a part
+// in 1e4. A pass brings what is over the least down by (s of the sketch's last / s of the r-th)^4.
 static bool sketch_run(struct sketch *k, int m, int n, const float *a, int r, double all,
                        struct err *e)
 {
@@ -121,9 +147,10 @@ static bool sketch_run(struct sketch *k, int m, int n, const float *a, int r, do
         if (!orthonormalise(n, k->l, k->z, k->core, e) ||
             !svdf(k->l, k->l, k->core, k->cu, k->s, k->cvt, e))
             return false;
-        const double before = left;
+        const double before = left, last = (double)k->s[k->l - 1], least = (double)k->s[r - 1];
+        const double fall = least > 0 ? pow(last / least, 4) : 0;
         left = fmax(0, all - squares(k->s, (size_t)r));
-        if (before - left <= 2e-4 * left)
+        if ((before - left) * fall <= 1e-4 * left * (1 - fall))
             break;
     }
     return true;
@@ -160,21 +187,10 @@ static bool leading_of_whole(int m, int n, const float *a, int r, float *u, floa
 // a = y z^T = y (q core)^T, and core^T = cu s cvt, for core was kept column by column.
 static void sketch_read(const struct sketch *k, int m, int n, int r, float *u, float *s, float *vt)
 {
-    for (int c = 0; c < r; c++) {
-        s[c] = k->s[c];
-        for (int i = 0; i < m; i++) {
-            float sum = 0;
-            for (int q = 0; q < k->l; q++)
-                sum += k->y[(size_t)q * (size_t)m + (size_t)i] * k->cu[q * k->l + c];
-            u[(size_t)i * (size_t)r + (size_t)c] = sum;
-        }
-        for (int j = 0; j < n; j++) {
-            float sum = 0;
-            for (int q = 0; q < k->l; q++)
-                sum += k->cvt[c * k->l + q] * k->z[(size_t)q * (size_t)n + (size_t)j];
-            vt[(size_t)c * (size_t)n + (size_t)j] = sum;
-        }
-    }
+    const float one = 1, zero = 0;
+    memcpy(s, k->s, (size_t)r * sizeof *s);
+    sgemm_("N", "T", &r, &m, &k->l, &one, k->cu, &k->l, k->y, &m, &zero, u, &r);
+    sgemm_("N", "N", &n, &r, &k->l, &one, k->z, &n, k->cvt, &k->l, &zero, vt, &n);
 }
 
 // Taken from the samples themselves: |a|^2 - sum of s^2 in float ends at 3e-4 of |a|.
@@ -200,13 +216,13 @@ bool svd_leading(int m, int n, const float *a, int r, float *u, float *s, float 
                  struct err *e)
 {
     openblas_set_num_threads(1);
-    const int least = m < n ? m : n, l = r + OVERSAMPLE;
+    const int least = m < n ? m : n, l = (r + OVERSAMPLE + EIGHT - 1) / EIGHT * EIGHT;
     bool ok;
     if (4 * l >= least) {
         ok = leading_of_whole(m, n, a, r, u, s, vt, e);
     } else {
         struct sketch k;
-        const double all = squares(a, (size_t)m * (size_t)n);
+        const double all = squares_by_rows(m, n, a);
         if (!isfinite(all))
             return err_set(e, ERR_DATA, "no SVD of a %d x %d matrix: it is not finite", m, n);
         ok = sketch_alloc(&k, m, n, l, e) && sketch_run(&k, m, n, a, r, all, e);

@@ -1,4 +1,4 @@
-// svd.h - singular values by LAPACK, on one thread: the same bytes on every run.
+// svd.h - singular values by LAPACK: the same bytes on every run and any number of threads.
 #pragma once
 #include "core/err.h"
 
