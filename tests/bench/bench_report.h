@@ -3,6 +3,34 @@
 #include "tests/bench/bench.h"
 #include "ui/cli.h"
 
+struct bench_row {
+    const struct bench *bench;
+    char *method, *setting, *error_kind;
+    struct bench_time t;
+    double error;
+};
+
+struct bench_line { // a note, or a figure when unit is set
+    const struct bench *bench;
+    char *text, *unit;
+    double value;
+};
+
+struct bench_point { // of a method's growth
+    const struct bench *bench;
+    char *method;
+    double n, wall_s;
+};
+
+struct bench_report {
+    bool quick;
+    const struct bench *now;
+    struct bench_row *row;
+    struct bench_line *line;
+    struct bench_point *point;
+    int n_rows, n_lines, n_points;
+};
+
 struct bench_report *bench_report_new(bool quick);
 void bench_report_free(struct bench_report *r); // accepts NULL
 
@@ -11,6 +39,6 @@ void bench_report_begin(struct bench_report *r,
 void bench_report_end(struct bench_report *r);  // prints the stage's table on stderr
 
 void bench_report_doc(const struct bench_report *r, struct doc *d);
-// bench.json, bench.csv, and where gnuplot is installed one plot of time against error per stage
-// and a page.
+// bench.csv, a page, and where gnuplot is installed its plots: time against error for each stage
+// and kind of error that several rows have.
 bool bench_report_write(const struct bench_report *r, const char *folder, struct err *e);
