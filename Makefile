@@ -33,6 +33,16 @@ check-vm: release
 bench: release
 	@$(BUILD)/bin/nacre bench
 
+# Twelve simulated samples by Snakemake 7, on this machine; ends with "Error 6" when some are not done.
+library: release
+	@tools/deps.sh --library
+	@workflows/run workflows/library.yaml library-out
+
+# The same on a real Slurm, controller and two nodes on this machine, as root; the same bytes.
+check-cluster:
+	@tools/deps.sh --cluster || { echo "check-cluster: skipped: its packages cannot be had"; exit 0; }; \
+	 $(MAKE) --no-print-directory library && workflows/slurm/check library-out cluster-out
+
 # What some benchmarks compare with where it is installed; nacre itself never needs it.
 bench-peers:
 	@if [ $$(id -u) = 0 ]; then apt-get install -y python3-skimage; else sudo apt-get install -y python3-skimage; fi
@@ -41,6 +51,6 @@ format: deps
 	@git ls-files '*.c' '*.h' '*.cpp' | xargs clang-format -i
 
 clean:
-	@rm -rf build build-dev build-tsan demo-out gallery-out
+	@rm -rf build build-dev build-tsan demo-out gallery-out library-out cluster-out
 
-.PHONY: all deps release dev demo gallery check check-vm bench bench-peers format clean
+.PHONY: all deps release dev demo gallery library check check-cluster check-vm bench bench-peers format clean

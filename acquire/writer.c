@@ -1,6 +1,7 @@
 // writer.c - a queue, a thread, and what it remembers of the bracket it is in.
 #define _GNU_SOURCE
 #include "acquire/writer.h"
+#include "core/date.h"
 #include "core/mem.h"
 #include <math.h>
 #include <pthread.h>
@@ -134,7 +135,7 @@ static struct dng picture(const struct writer *w, const struct session_frame *f,
                     .white = f->white,
                     .exposure_s = session_exposure_s(f),
                     .gain = f->gain,
-                    .utc_s = f->utc_ns / 1000000000,
+                    .utc_s = date_in_file(f->utc_ns / 1000000000),
                     .raw = raw};
     snprintf(d.camera, sizeof d.camera, "%s", w->caps.model);
     return d;

@@ -1,6 +1,7 @@
 // record.c - the head of calibration records, in YAML and in image metadata.
 #define _GNU_SOURCE
 #include "calib/record.h"
+#include "core/date.h"
 #include "core/mem.h"
 #include "core/outfile.h"
 #include <math.h>
@@ -64,8 +65,7 @@ static void clear(struct record *r)
 
 static void today(char *to, size_t size)
 {
-    const char *fixed = getenv("SOURCE_DATE_EPOCH"); // reproducible products
-    const time_t now = fixed ? (time_t)strtoll(fixed, NULL, 10) : time(NULL);
+    const time_t now = (time_t)date_in_file(time(NULL));
     struct tm tm;
     gmtime_r(&now, &tm);
     strftime(to, size, "%Y-%m-%dT%H:%M:%SZ", &tm);

@@ -144,7 +144,7 @@ static void fill_caps(struct sim *s)
 {
     const struct sim_sensor *sensor = &s->lab.scene.sensor;
     struct cam_caps *c = &s->base.caps;
-    snprintf(c->model, sizeof c->model, "simulated, %s", s->lab.scene.sample.kind);
+    snprintf(c->model, sizeof c->model, "simulated"); // whatever lies under it
     snprintf(c->serial, sizeof c->serial, "sim-%d", s->seed);
     c->w = s->lab.scene.view.w;
     c->h = s->lab.scene.view.h;

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Installs the Debian packages that nacre needs to build, run and test, when any is missing.
 # The one list of them; NACRE_NO_INSTALL=1 only says what is missing.
+# --library, --cluster: what make library and make check-cluster need, too.
 set -eu
 packages="
 build-essential cmake ninja-build pkg-config
@@ -14,6 +15,10 @@ libgpiod-dev libusb-1.0-0-dev libcamera-dev
 libglfw3-dev libimgui-dev fonts-dejavu-core xvfb
 libcmocka-dev
 "
+case ${1:-} in
+--library) packages="$packages snakemake" ;;
+--cluster) packages="$packages snakemake slurmctld slurmd slurm-client munge" ;;
+esac
 missing=""
 for p in $packages; do
     [ "$(dpkg-query -W -f '${db:Status-Status}' "$p" 2>/dev/null)" = installed ] || missing="$missing $p"

@@ -207,8 +207,9 @@ bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e)
     bool ok = read_picture(&im, path, &r, e);
     if (ok) {
         struct bokeh_channel first;
-        const char name[] = {
-            im.nc == 1 ? 'Y' : (char)((a->channel ? *a->channel : 'b') - 'a' + 'A'), 0};
+        const bool mono = im.nc == 1 || (image_channel_index(&im, "Y") >= 0 &&
+                                         image_channel_index(&im, "X") < 0); // nacre hdr's
+        const char name[] = {mono ? 'Y' : (char)((a->channel ? *a->channel : 'b') - 'a' + 'A'), 0};
         ok = (calibrate(&w, &im, name, &r, &first, e) && choose_iterations(&w, &r, e)) ||
              err_in(e, "%s", path);
         if (ok) {

@@ -41,9 +41,13 @@ static bool show(struct session *s, const struct session_args *a, struct cli *cl
     if (!session_status(s, &r, e) || !session_frames(s, false, &frame, &n, e))
         return false;
     char *created = session_get(s, "created"), *version = session_get(s, "nacre.version");
+    char digest[SHA256_TEXT];
+    if (!session_digest(s, digest, e))
+        return false;
     doc_text(cli->doc, "session", session_folder(s));
     doc_text(cli->doc, "created", created);
     doc_text(cli->doc, "version", version);
+    doc_text(cli->doc, "sha256", digest);
     session_describe_state(&r, cli->doc);
     if (cli->json) { // also when there is none
         doc_list(cli->doc, "frames");

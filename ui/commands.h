@@ -18,6 +18,7 @@ extern const struct command cmd_factor;
 extern const struct command cmd_methods;
 extern const struct command cmd_prefilter;
 extern const struct command cmd_render;
+extern const struct command cmd_report;
 extern const struct command cmd_simulate;
 extern const struct command cmd_convert;
 extern const struct command cmd_look;

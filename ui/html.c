@@ -50,6 +50,7 @@ void html_escape(struct html *h, const char *text)
         case '<': fputs("&lt;", h->f); break;
         case '>': fputs("&gt;", h->f); break;
         case '&': fputs("&amp;", h->f); break;
+        case '"': fputs("&quot;", h->f); break;
         default: fputc(*text, h->f);
         }
 }

@@ -21,6 +21,7 @@ static const struct command *const commands[] = {
     &cmd_methods,
     &cmd_render,
     &cmd_gallery,
+    &cmd_report,
     &cmd_simulate,
     &cmd_convert,
     &cmd_look,
