@@ -68,17 +68,23 @@ char *endpoint_path(struct err *e)
     return path;
 }
 
-static int try_connect(const char *path)
+// -1 when nobody listens there, or (*hangs) who listens has not taken a client for so long.
+static int try_connect(const char *path, bool *hangs)
 {
+    static const struct timeval patience = {.tv_sec = 10};
     struct sockaddr_un a = {.sun_family = AF_UNIX};
+    *hangs = false;
     if (strlen(path) >= sizeof a.sun_path)
         return -1;
     strcpy(a.sun_path, path);
     const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    if (fd >= 0 && !connect(fd, (struct sockaddr *)&a, sizeof a))
+    if (fd < 0)
+        return -1;
+    setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience); // of connect, too
+    if (!connect(fd, (struct sockaddr *)&a, sizeof a))
         return fd;
-    if (fd >= 0)
-        close(fd);
+    *hangs = errno == EAGAIN;
+    close(fd);
     return -1;
 }
 
@@ -116,18 +122,21 @@ static bool start_daemon(const char *path, struct err *e)
 int endpoint_connect(struct err *e)
 {
     enum { TRIES = 500, EACH_US = 20000 };
+    bool hangs;
     char *path = endpoint_path(e);
     if (!path)
         return -1;
-    int fd = try_connect(path);
-    if (fd < 0 && start_daemon(path, e)) {
-        for (int k = 0; fd < 0 && k < TRIES; k++) {
+    int fd = try_connect(path, &hangs);
+    if (fd < 0 && !hangs && start_daemon(path, e)) {
+        for (int k = 0; fd < 0 && !hangs && k < TRIES; k++) {
             usleep(EACH_US);
-            fd = try_connect(path);
+            fd = try_connect(path, &hangs);
         }
-        if (fd < 0)
+        if (fd < 0 && !hangs)
             err_set(e, ERR_DEVICE, "nacred did not start; %s.log may say why", path);
     }
+    if (hangs)
+        err_set(e, ERR_DEVICE, "%s: nacred listens there but does not answer", path);
     free(path);
     return fd;
 }

@@ -4,6 +4,7 @@
 #include "acquire/lights.h"
 #include "core/datapath.h"
 #include "core/mem.h"
+#include <errno.h>
 #include <fcntl.h>
 #include <inttypes.h>
 #include <libgen.h>
@@ -32,13 +33,19 @@ static bool died(struct err *e)
     return err_set(e, ERR_DEVICE, "nacre-lights has died");
 }
 
+// It hangs: nothing comes, or so much waits to be heard that no more fits.
+static bool deaf(struct err *e)
+{
+    return err_set(e, ERR_DEVICE, "nacre-lights does not answer");
+}
+
 // The next message, at most `ms` from now; false: none, or the process is gone.
 static bool receive(struct kept *k, int ms, char text[LIGHTS_MESSAGE], struct err *e)
 {
     struct pollfd p = {k->base.fd, POLLIN, 0};
     const int n = poll(&p, 1, ms);
     if (n <= 0)
-        return err_set(e, ERR_DEVICE, "nacre-lights does not answer");
+        return deaf(e);
     const ssize_t got = recv(k->base.fd, text, LIGHTS_MESSAGE - 1, MSG_DONTWAIT);
     if (got <= 0)
         return died(e);
@@ -59,8 +66,8 @@ static bool ask(struct kept *k, const char *question, struct err *e)
 {
     char text[LIGHTS_MESSAGE];
     int code = 0, at = 0;
-    if (send(k->base.fd, question, strlen(question), MSG_NOSIGNAL) < 0)
-        return died(e);
+    if (send(k->base.fd, question, strlen(question), MSG_NOSIGNAL | MSG_DONTWAIT) < 0)
+        return errno == EAGAIN ? deaf(e) : died(e);
     do {
         if (!receive(k, ANSWER_MS, text, e))
             return false;
@@ -128,12 +135,22 @@ static bool start(struct kept *k, struct err *e)
     return err_set(e, ERR_DEVICE, "nacre-lights said '%.60s'", text);
 }
 
+static void wait_for_end(struct kept *k)
+{
+    enum { PATIENCE_MS = 2000, EACH_MS = 5 };
+    for (int ms = 0; k->pid > 0 && ms < PATIENCE_MS; ms += EACH_MS) {
+        if (waitpid(k->pid, NULL, WNOHANG) == k->pid)
+            k->pid = 0;
+        else
+            usleep(1000 * EACH_MS);
+    }
+}
+
 static void reap(struct kept *k)
 {
-    if (k->pid > 0) {
-        kill(k->pid, SIGKILL); // already dead, or hanging
-        waitpid(k->pid, NULL, 0);
-    }
+    if (k->pid > 0)
+        kill(k->pid, SIGKILL); // already dead, or hanging: then maybe in the kernel, for ever
+    wait_for_end(k);
     k->pid = 0;
 }
 
@@ -172,12 +189,7 @@ static void kept_close(struct trig *t)
     struct kept *k = (struct kept *)t;
     if (k->base.fd >= 0)
         shutdown(k->base.fd, SHUT_RDWR); // it goes dark and ends
-    for (int ms = 0; k->pid > 0 && ms < 2000; ms += 5) {
-        if (waitpid(k->pid, NULL, WNOHANG) == k->pid)
-            k->pid = 0;
-        else
-            usleep(5000);
-    }
+    wait_for_end(k);
     reap(k);
     free(k->rig);
     free(k->run);

@@ -129,7 +129,8 @@ static void begin(struct run *r, int item, int64_t now, struct run_output *out)
         r->steps.cursor = item;
     const struct session_step *t = run_target(r);
     r->changed = !same_settings(r, t);
-    r->settle_left = r->changed ? r->caps->settle + r->extra_settle : 0;
+    r->settle_left = (r->changed ? r->caps->settle + r->extra_settle : 0) +
+                     (item >= 0 ? r->steps.item[item].wait : 0);
     const int filter = rig_filter_index(r->rig, t->filter);
     if (filter >= 0 && r->filter_at != r->rig->filter[filter].position) {
         run_act(out, RUN_DO_FILTER)->state = (uint32_t)r->rig->filter[filter].position;
@@ -185,7 +186,7 @@ static void keep(struct run *r, int64_t now, struct run_output *out)
         struct item *t = &r->steps.item[r->current];
         steps_set(&r->steps, r->current, STEP_KEEPING);
         t->attempts++;
-        t->was_changed = r->changed && !r->caps->settle && !r->extra_settle;
+        t->was_changed = r->changed && !t->wait;
         r->keeping++;
         struct run_action *a = run_act(out, RUN_DO_KEEP);
         a->step = r->current;

@@ -1,7 +1,8 @@
 // run_verdict.c - what a verdict means for the run: a step is proven, shot again, or given up.
 //
 // When two attempts agree with each other but not with a frame that nothing has confirmed, that
-// frame was the wrong one: it is revoked.
+// frame was the wrong one: it is revoked. They must not agree only because both were made with the
+// settings of before, so more and more frames are thrown away between attempts.
 #define _GNU_SOURCE
 #include "acquire/run_state.h"
 #include <math.h>
@@ -11,7 +12,7 @@
 static const double SAME_MEASURE = 0.06;  // two attempts that say the same
 static const double MUCH_MORE = 4;        // against a frame that hardly has any light
 static const double TELLING_SIGMA = 0.02; // an agreement that is vaguer confirms nothing
-enum { MAX_REVOKES = 3, MAX_EXTRA_SETTLE = 3 };
+enum { MAX_REVOKES = 3, MAX_EXTRA_SETTLE = 8, FIRST_WAIT = 4, MAX_WAIT = 8 };
 
 static void kept_good(struct run *r, struct item *t, const struct run_event *ev,
                       struct run_output *out)
@@ -19,12 +20,13 @@ static void kept_good(struct run *r, struct item *t, const struct run_event *ev,
     const int other = steps_of_frame(&r->steps, ev->against);
     steps_set(&r->steps, ev->step, STEP_GOOD);
     t->id = ev->id;
+    t->wait = 0;
     t->agreed = other >= 0 && ev->measured_sigma < TELLING_SIGMA;
     if (t->agreed)
         r->steps.item[other].agreed++;
     // Wrong right after a change, then right with the same settings: they come into force late.
     if (t->was_wrong && !t->was_changed && ++r->late >= 2 && r->extra_settle < MAX_EXTRA_SETTLE) {
-        r->extra_settle++;
+        r->extra_settle = r->extra_settle ? 2 * r->extra_settle : 1;
         r->late = 0;
         run_note(out, "the camera applies settings late: %d more frames thrown away after a change",
                  r->extra_settle);
@@ -41,6 +43,7 @@ static void revoke(struct run *r, int step, const struct run_event *ev, struct r
              ev->step);
     steps_set(&r->steps, step, STEP_OPEN);
     t->attempts = 0;
+    t->wait = FIRST_WAIT;
     t->revokes++;
 }
 
@@ -81,7 +84,11 @@ static void kept_bad(struct run *r, struct item *t, const struct run_event *ev,
     const bool wrong =
         !strcmp(ev->verdict, "wrong-light") || !strcmp(ev->verdict, "wrong-exposure");
     steps_set(&r->steps, ev->step, STEP_OPEN);
-    t->was_wrong = wrong && t->was_changed;
+    // A frame that came before its light was off again was exposed for less than it says.
+    const bool maybe_late = wrong || !strcmp(ev->verdict, "light-missed");
+    t->was_wrong = maybe_late && t->was_changed;
+    if (maybe_late)
+        t->wait = t->wait ? MAX_WAIT : FIRST_WAIT;
     r->steps.cursor = ev->step;
     r->careful = true;
     if (!strcmp(ev->verdict, "same-filter"))

@@ -3,8 +3,10 @@
 #include "acquire/server.h"
 #include "core/mem.h"
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -38,30 +40,52 @@ static bool address(const char *path, struct sockaddr_un *a, struct err *e)
     return true;
 }
 
+static bool is_living(const struct sockaddr_un *a)
+{
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const bool living =
+        fd >= 0 && (!connect(fd, (const struct sockaddr *)a, sizeof *a) || errno == EAGAIN);
+    if (fd >= 0)
+        close(fd);
+    return living;
+}
+
+static int listen_at(const struct sockaddr_un *a, struct err *e)
+{
+    if (is_living(a)) {
+        err_set(e, ERR_FILE, "%s: another nacred listens there", a->sun_path);
+        return -1;
+    }
+    unlink(a->sun_path);
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    const mode_t before = umask(0117);
+    const bool ok = fd >= 0 && !bind(fd, (const struct sockaddr *)a, sizeof *a) && !listen(fd, 16);
+    umask(before);
+    if (ok)
+        return fd;
+    err_errno(e, "%s", a->sun_path);
+    if (fd >= 0)
+        close(fd);
+    return -1;
+}
+
+// Two that start at the same time must not unlink each other's socket.
 int server_listen(const char *path, struct err *e)
 {
     struct sockaddr_un a;
     if (!address(path, &a, e))
         return -1;
-    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd < 0) {
-        err_errno(e, "%s", path);
-        return -1;
-    }
-    if (!connect(fd, (struct sockaddr *)&a, sizeof a)) {
-        err_set(e, ERR_FILE, "%s: another nacred listens there", path);
-        close(fd);
-        return -1;
-    }
-    unlink(path);
-    const mode_t before = umask(0117);
-    const bool ok = !bind(fd, (struct sockaddr *)&a, sizeof a) && !listen(fd, 16);
-    umask(before);
-    if (ok)
-        return fd;
-    err_errno(e, "%s", path);
-    close(fd);
-    return -1;
+    char *name = xasprintf("%s.lock", path);
+    const int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    int fd = -1;
+    if (lock < 0 || flock(lock, LOCK_EX))
+        err_errno(e, "%s", name);
+    else
+        fd = listen_at(&a, e);
+    if (lock >= 0)
+        close(lock);
+    free(name);
+    return fd;
 }
 
 static void drop(struct server_client *c)

@@ -13,6 +13,7 @@ struct item {
     int64_t last_measured; // of the last attempt that the pixels disagreed with
     bool was_changed;      // the last attempt came right after a change of settings
     bool was_wrong;        // and its exposure was not the one asked for
+    int wait;              // frames to throw away before the next attempt: it is in doubt
 };
 
 struct steps {

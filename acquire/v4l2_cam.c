@@ -203,7 +203,8 @@ static bool v4l2_shoot(struct cam *cam, const struct cam_shot *shot, struct err 
     return true;
 }
 
-// When the exposure of the first row began, by the kernel's stamp of its start or of its end.
+// When the exposure of the first row began, by the kernel's stamp of its start, of the end of the
+// last row's, or of when the first row had been read out.
 static int64_t start_of(const struct v4l2 *v, const struct v4l2_buffer *b)
 {
     const struct cam_caps *c = &v->base.caps;
@@ -212,9 +213,12 @@ static int64_t start_of(const struct v4l2 *v, const struct v4l2_buffer *b)
     const int64_t t =
         stamped ? (int64_t)b->timestamp.tv_sec * 1000000000 + (int64_t)b->timestamp.tv_usec * 1000
                 : mono_ns();
+    const int64_t exposure_ns = v->exposure_ns ? v->exposure_ns : v->node.interval_ns;
+    if (stamped && v->node.stamps_arrival)
+        return t - exposure_ns;
     if (stamped && (b->flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE)
         return t;
-    return t - (v->exposure_ns ? v->exposure_ns : v->node.interval_ns) - c->row_ns * (c->h - 1);
+    return t - exposure_ns - c->row_ns * (c->h - 1);
 }
 
 static void deliver(struct v4l2 *v, const struct v4l2_taken *t, int64_t start_ns)

@@ -43,8 +43,11 @@ static bool transfer(int fd, const struct v4l2_control_range *c, bool write, int
         one.value64 = *value;
     else
         one.value = (int32_t)*value;
-    if (v4l2_ioctl(fd, write ? VIDIOC_S_EXT_CTRLS : VIDIOC_G_EXT_CTRLS, &all))
-        return err_set(e, ERR_DEVICE, "control '%s': %s", c->name, strerror(errno));
+    if (v4l2_ioctl(fd, write ? VIDIOC_S_EXT_CTRLS : VIDIOC_G_EXT_CTRLS, &all)) {
+        const bool lost = errno == ENODEV || errno == EPROTO || errno == EIO || errno == ESHUTDOWN;
+        return err_set(e, ERR_DEVICE, "control '%s': %s%s", c->name, strerror(errno),
+                       lost ? " (unplugged?)" : "");
+    }
     *value = c->is_wide ? one.value64 : one.value;
     return true;
 }

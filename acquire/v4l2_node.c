@@ -53,6 +53,7 @@ bool v4l2_node_open(struct v4l2_node *n, const char *path, struct err *e)
         return err_set(e, ERR_DEVICE, "%s: is no camera that streams", path);
     snprintf(n->model, sizeof n->model, "%s", (const char *)c.card);
     snprintf(n->bus, sizeof n->bus, "%s", (const char *)c.bus_info);
+    n->stamps_arrival = !strcmp((const char *)c.driver, "uvcvideo"); // Linux 6.1, uvc_video.c
     return true;
 }
 

@@ -20,6 +20,7 @@ struct v4l2_node {
     int fd;           // -1: not open
     uint32_t type;    // of the queue
     char model[64], bus[64];
+    bool stamps_arrival; // frames are stamped when their first bytes come, whatever their flags say
     const struct pixel_format *pixels;
     int w, h;
     size_t stride;

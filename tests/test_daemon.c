@@ -261,6 +261,40 @@ TEST(the_preview_shows_the_newest_frame_and_cannot_be_written)
     close(fd);
 }
 
+TEST(of_many_that_start_at_once_one_stays_and_takes_its_socket_away)
+{
+    enum { MANY = 8 };
+    struct sockaddr_un a = {.sun_family = AF_UNIX, .sun_path = "m.sock"};
+    pid_t pid[MANY];
+    int refused = 0, status;
+    for (int k = 0; k < MANY; k++)
+        if (!(pid[k] = fork())) {
+            assert_true(freopen("m.err", "a", stderr));
+            execl(BIN_DIR "/nacred", "nacred", "--socket", "m.sock", NULL);
+            _exit(127);
+        }
+    for (int k = 0; k < 2000 && refused < MANY - 1; k++) {
+        for (int n = 0; n < MANY; n++)
+            if (pid[n] && waitpid(pid[n], &status, WNOHANG) == pid[n]) {
+                assert_int_equal(WEXITSTATUS(status), 5);
+                pid[n] = 0;
+                refused++;
+            }
+        usleep(5000);
+    }
+    assert_int_equal(refused, MANY - 1);
+    const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+    assert_int_equal(connect(fd, (struct sockaddr *)&a, sizeof a), 0); // it is the one
+    close(fd);
+    for (int n = 0; n < MANY; n++)
+        if (pid[n]) {
+            kill(pid[n], SIGTERM);
+            waitpid(pid[n], &status, 0);
+            assert_int_equal(status, 0);
+        }
+    assert_true(access("m.sock", F_OK));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -271,6 +305,7 @@ int main(void)
         cmocka_unit_test(a_detached_capture_survives_its_client),
         cmocka_unit_test(too_long_a_line_and_too_slow_a_reader_are_dropped),
         cmocka_unit_test(the_preview_shows_the_newest_frame_and_cannot_be_written),
+        cmocka_unit_test(of_many_that_start_at_once_one_stays_and_takes_its_socket_away),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -25,7 +25,7 @@ enum where { LIT_SHOTS, ALL_SHOTS, DRIFT_PEAKS, MOVE_1, MOVE_2, BRACKET };
 // `sign`: what its frame's verdict, the history or the end of the capture must say; several are
 // separated by '|'. Goes on: the capture completes by itself; else --resume completes it.
 static const struct kind {
-    const char *name, *cam, *lamp, *lights, *wheel; // options with the shot's number
+    const char *name, *cam, *lamp, *lights, *wheel, *sim; // options with the shot's number
     enum where where;
     int factors; // 1: exposure factors that the camera keeps to itself
     const char *sign;
@@ -68,6 +68,8 @@ static const struct kind {
      .goes_on = true},
     {"settings always late, hidden", "ignores=2-999", .where = BRACKET,
      .sign = "wrong-light|light-missed", .goes_on = true},
+    {"later than promised, hidden", "ignores=2-999,in=fault:ignores=2-999,in=fault:ignores=2-999",
+     .sim = "settle=1,", .where = BRACKET, .sign = "wrong-light|light-missed", .goes_on = true},
 };
 enum { KINDS = sizeof kinds / sizeof *kinds };
 
@@ -153,14 +155,14 @@ static void prepare(const struct kind *k, int at, int seed)
     const bool backwards = k && k->where == MOVE_1; // the wheel rests at the first filter
     snprintf(text, sizeof text,
              "name: r\n"
-             "camera: {uri: 'fault:%s%sstate=count,in=sim:w=%d,h=%d,seed=%d,grace=0,dead=300ms,"
+             "camera: {uri: 'fault:%s%sstate=count,in=sim:%sw=%d,h=%d,seed=%d,grace=0,dead=300ms,"
              "world=@run'}\n"
              "lights:\n  trigger: 'fault:%s%sin=sim:lines=1,world=@run%s'\n"
              "  list: [{name: led, line: 0, max_on: 5s}]\n"
              "filters:\n  trigger: 'fault:%s%sin=sim:positions=2,world=@run'\n"
              "  list: [{name: a, position: %d}, {name: b, position: %d}]\n",
-             cam, *cam ? "," : "", W, H, seed, lights, *lights ? "," : "", lamp, wheel,
-             *wheel ? "," : "", backwards, !backwards);
+             cam, *cam ? "," : "", k && k->sim ? k->sim : "", W, H, seed, lights,
+             *lights ? "," : "", lamp, wheel, *wheel ? "," : "", backwards, !backwards);
     put("rig.yaml", text);
     put("plan.yaml", "name: p\nlights: [led]\nfilters: [a, b]\n"
                      "exposures: {first: 1ms, last: 16ms}\ndarks: 1\nretries: 2\n");

@@ -187,6 +187,21 @@ TEST(a_killed_keeper_is_replaced_and_the_new_one_switches_off)
     trig_close(t);
 }
 
+TEST(a_keeper_that_hangs_with_a_full_queue_is_replaced_at_once)
+{
+    struct err e = {0};
+    struct trig *t = opened();
+    assert_true(trig_set(t, 1, &e));
+    kill(keeper_pid(), SIGSTOP);
+    for (int k = 0; k < 5000; k++)
+        lights_beat(t); // until no more fit
+    alarm(60);          // an order that waits for ever fails the test
+    assert_true(trig_set(t, 0, &e));
+    alarm(0);
+    assert_false(is_lit());
+    trig_close(t);
+}
+
 TEST(off_is_a_command_of_its_own)
 {
     struct err e = {0};
@@ -212,6 +227,7 @@ int main(void)
         cmocka_unit_test(closing_switches_off),
         cmocka_unit_test(a_killed_owner_leaves_no_light),
         cmocka_unit_test(a_killed_keeper_is_replaced_and_the_new_one_switches_off),
+        cmocka_unit_test(a_keeper_that_hangs_with_a_full_queue_is_replaced_at_once),
         cmocka_unit_test(off_is_a_command_of_its_own),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

@@ -64,7 +64,8 @@ static void beat(void *ctx)
     loop_arm(m->beat, clock_boot_ns() + m->every_ns);
 }
 
-static bool serve(int listening, double idle_s, struct err *e)
+// `path` is unlinked while it is still listened at: a nacred that is started now makes its own.
+static bool serve(int listening, const char *path, double idle_s, struct err *e)
 {
     struct main m = {.every_ns = service_watchdog_ns()};
     struct loop *l = loop_new();
@@ -76,6 +77,8 @@ static bool serve(int listening, double idle_s, struct err *e)
     daemon_end_when_idle(m.daemon, llround(idle_s * 1e9));
     service_say_ready();
     const bool ok = loop_run(l, e);
+    if (path)
+        unlink(path);
     service_say_stopping();
     daemon_free(m.daemon);
     loop_free(l);
@@ -98,9 +101,7 @@ int main(int argc, char **argv)
         listening = ok ? server_listen(a.socket, &e) : -1;
         ok = listening >= 0;
     }
-    ok = ok && serve(listening, a.idle_s, &e);
-    if (!activated && listening >= 0)
-        unlink(a.socket);
+    ok = ok && serve(listening, activated ? NULL : a.socket, a.idle_s, &e);
     free(a.socket);
     if (!ok)
         log_error("nacred: %s", e.msg);

@@ -14,12 +14,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { LINE = 1 << 16 };
+enum { LINE = 1 << 16, SILENCE_MS = 30000 };
 
 struct remote {
     const struct remote_order *order;
     int fd;
     int64_t capture;          // 0: not yet answered
+    bool asked;               // whether it is still there, and nothing was heard since
     bool over, stopped, gone; // gone: nacred has closed the connection
     struct err how;
     char in[LINE + 1];
@@ -66,6 +67,12 @@ static bool ask_to_stop(struct remote *r, struct err *e)
     return say(r, rpc_request(2, "capture.abort", o), e);
 }
 
+static bool ask_whether_it_lives(struct remote *r, struct err *e)
+{
+    r->asked = true;
+    return say(r, rpc_request(3, "hello", NULL), e);
+}
+
 static const char *param_text(const struct rpc_message *m, const char *name)
 {
     const char *text = rpc_text(m, name);
@@ -110,6 +117,7 @@ static bool receive(struct remote *r, struct err *e)
     r->gone = n <= 0;
     if (r->gone)
         return err_set(e, ERR_DEVICE, "nacred has died; the light is off, and --resume goes on");
+    r->asked = false;
     r->n += (size_t)n;
     r->in[r->n] = 0;
     char *start = r->in, *end;
@@ -124,12 +132,23 @@ static bool receive(struct remote *r, struct err *e)
     return r->n < LINE || err_set(e, ERR_DEVICE, "nacred sends too long a line");
 }
 
+// A capture that runs answers at once; to begin one may take long, as a session that is resumed is
+// read whole.
 static bool wait_for_end(struct remote *r, struct err *e)
 {
+    const int silence_ms = r->order->silence_ms ? r->order->silence_ms : SILENCE_MS;
     while (!r->over) {
         struct pollfd p[2] = {{r->fd, POLLIN, 0}, {stop_fd(true), POLLIN, 0}};
-        if (poll(p, 2, -1) < 0 && errno != EINTR)
+        const int n = poll(p, 2, r->capture ? silence_ms : -1);
+        if (n < 0 && errno != EINTR)
             return err_errno(e, "poll");
+        if (n == 0 && r->asked)
+            return err_set(e, ERR_DEVICE,
+                           "nacred does not answer; the light is off, and --resume goes on");
+        if (n == 0 && !ask_whether_it_lives(r, e))
+            return false;
+        if (n <= 0)
+            continue;
         if (p[1].revents) {
             const bool got = stop_asked();
             if (got && (r->stopped || !r->capture)) // asked twice, or nothing to stop yet

@@ -6,6 +6,7 @@
 struct remote_order {
     const char *rig, *plan, *session; // as the user typed them
     bool resume;
+    int silence_ms; // how long nacred may say nothing to a question; 0: 30 s
     // Every frame that was judged; verdict "good" counts.
     void (*kept)(void *ctx, int step, int attempt, const char *verdict, const char *reason,
                  int done, int planned);
@@ -13,5 +14,5 @@ struct remote_order {
 };
 
 // Starts nacred when none runs, and waits for the end. SIGINT and SIGTERM stop the capture: light
-// off, what is kept stays, ERR_PARTIAL. ERR_DEVICE when nacred dies.
+// off, what is kept stays, ERR_PARTIAL. ERR_DEVICE when nacred dies or hangs.
 bool remote_capture(const struct remote_order *order, struct err *e);

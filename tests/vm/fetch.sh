@@ -1,5 +1,5 @@
 #!/bin/sh
-# fetch.sh FOLDER - makes a guest in FOLDER: Debian's kernel, three modules that Debian leaves out,
+# fetch.sh FOLDER - makes a guest in FOLDER: Debian's kernel, four modules that Debian leaves out,
 # and the programs that start and test it. Packages are downloaded and unpacked, never installed.
 # Exit 77 when they cannot be had.
 set -eu
@@ -7,7 +7,8 @@ mkdir -p "$1/debs" "$1/tree/usr/bin" "$1/tree/usr/sbin" "$1/tree/usr/lib" "$1/mo
 dir=$(cd "$1" && pwd)
 here=$(cd "$(dirname "$0")" && pwd)
 tree=$dir/tree
-[ -e "$dir/ready" ] && exit 0
+made_by=$(cat "$0" "$here/init" | cksum)
+[ "$(cat "$dir/ready" 2>/dev/null)" = "$made_by" ] && exit 0
 gone() { echo "check-vm: skipped: $*" >&2; exit 77; }
 
 programs="qemu-system-x86 busybox-static kmod cpio v4l-utils udev libcamera-ipa"
@@ -30,19 +31,21 @@ for deb in "$dir"/debs/*.deb; do
     case $deb in
     */linux-source*) dpkg-deb --fsys-tarfile "$deb" | tar -xO ./usr/src/linux-source-6.1.tar.xz |
         tar -xJ -C "$dir/modules" --strip-components=1 --wildcards '*/drivers/gpio/gpio-sim.c' \
-            '*/drivers/gpio/gpiolib.h' '*/kernel/irq/irq_sim.c' '*/drivers/media/test-drivers/vimc/*' ;;
+            '*/drivers/gpio/gpiolib.h' '*/kernel/irq/irq_sim.c' '*/drivers/media/test-drivers/vimc/*' \
+            '*/drivers/usb/gadget/legacy/raw_gadget.c' ;;
     *) dpkg-deb --fsys-tarfile "$deb" | tar -x --keep-directory-symlink -C "$tree" ;;
     esac
 done
 
-# gpio-sim and vimc are part of the kernel's source, but not of Debian's kernel.
+# gpio-sim, vimc and the raw gadget are part of the kernel's source, but not of Debian's kernel.
 cd "$dir/modules"
-cp drivers/gpio/gpio-sim.c drivers/gpio/gpiolib.h drivers/media/test-drivers/vimc/*.[ch] .
+cp drivers/gpio/gpio-sim.c drivers/gpio/gpiolib.h drivers/media/test-drivers/vimc/*.[ch] \
+    drivers/usb/gadget/legacy/raw_gadget.c .
 # irq_to_desc() is not exported to modules; generic_handle_irq() does the same.
 { sed 's/handle_simple_irq(irq_to_desc(irqnum))/generic_handle_irq(irqnum)/' kernel/irq/irq_sim.c
   printf '#include <linux/module.h>\nMODULE_LICENSE("GPL");\n'; } >irq_sim.c
 cat >Makefile <<'M'
-obj-m := gpio-sim.o irq_sim.o vimc.o
+obj-m := gpio-sim.o irq_sim.o vimc.o raw_gadget.o
 vimc-y := $(patsubst $(src)/%.c,%.o,$(wildcard $(src)/vimc-*.c))
 M
 headers=$tree/usr/src/linux-headers-$release
@@ -78,4 +81,4 @@ while read -r module; do
     cp "$module" "$first/modules/$n.ko"
 done <"$dir/log"
 (cd "$first" && find . | cpio --quiet -o -H newc | gzip -1) >"$dir/initrd.img"
-touch "$dir/ready"
+echo "$made_by" >"$dir/ready"

@@ -1,6 +1,6 @@
 #!/bin/sh
-# guest.sh cameras|lights BIN - in the guest: loads kernel drivers that act devices, runs the tests
-# on them, and prints one line a driver: "RESULT driver device passed failed".
+# guest.sh cameras|webcam|lights BIN - in the guest: loads kernel drivers that act devices, runs the tests
+# on them, and prints one line a driver, "RESULT driver device passed failed", and figures.
 bin=$2
 bad=0
 
@@ -13,7 +13,7 @@ result() { # driver, device, test program; its output is shown when anything fai
     passed=$(grep -c '^\[       OK \]' /tmp/out)
     [ $status -ne 0 ] && [ "$failed" -eq 0 ] && failed=1
     [ "$failed" -gt 0 ] && bad=1 && grep -v '^\[ RUN' /tmp/out
-    grep 'after .* ms:' /tmp/out
+    sed -n -e '/after .* ms:/s/^/FIGURE /p' -e '/^a camera with/s/^/FIGURE /p' /tmp/out
     echo "RESULT $driver $device $passed $((failed > 1 ? failed / 2 : failed))"
 }
 camera() { result "${1%%:*}" "$1" env TEST_CAM="$1" "$bin/test_conformance"; }
@@ -44,7 +44,7 @@ cameras() {
     camera v4l2:/dev/video0,format=BG12,w=640,h=360,unity=16
     camera v4l2:/dev/video1,memory=dmabuf
     camera v4l2:/dev/video0,format=YUYV
-    v4l2-compliance -s -d /dev/video0 2>/dev/null | sed -n 's/^Total for/COMPLIANCE v4l2-compliance of/p'
+    v4l2-compliance -s -d /dev/video0 2>/dev/null | sed -n 's/^Total for/FIGURE v4l2-compliance of/p'
     result v4l2 faults-of-vivid env TEST_VIVID=/dev/video0 TEST_VIVID_HDMI=/dev/video2 "$bin/test_v4l2"
     modprobe -r vivid
     modprobe vimc
@@ -52,6 +52,21 @@ cameras() {
     "$bin/nacre" doctor --devices | grep 'found libcamera'
     camera libcamera:0,w=318,h=240
     camera libcamera:0,w=636,h=480
+}
+
+# A USB camera in user space, under the kernel's own driver of such cameras.
+webcam() {
+    modprobe -a dummy_hcd raw_gadget uvcvideo
+    "$bin/vm_uvc_camera" dummy_udc.0 &
+    until_there /dev/video0
+    udevadm settle
+    "$bin/nacre" doctor --devices | grep 'found v4l2'
+    camera v4l2:/dev/video0,bits=12,black=64,unity=16
+    camera v4l2:/dev/video0,fps=10,memory=dmabuf
+    v4l2-compliance -s -d /dev/video0 2>/dev/null | sed -n 's/^Total for/FIGURE v4l2-compliance of/p'
+    kill $!
+    wait $!
+    result v4l2 exposure-and-unplugging env TEST_UVC="$bin/vm_uvc_camera dummy_udc.0" "$bin/test_uvc"
 }
 
 usb_device() { # relay|wheel, vendor, product, name, controller
