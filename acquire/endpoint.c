@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <libgen.h>
+#include <limits.h>
 #include <signal.h>
 #include <spawn.h>
 #include <stdio.h>
@@ -117,6 +118,13 @@ static bool start_daemon(const char *path, struct err *e)
     free(program);
     free(log);
     return rc == 0;
+}
+
+char *endpoint_file(const char *path)
+{
+    char cwd[PATH_MAX];
+    return path[0] == '/' || !getcwd(cwd, sizeof cwd) ? xstrdup(path)
+                                                      : xasprintf("%s/%s", cwd, path);
 }
 
 int endpoint_connect(struct err *e)

@@ -7,5 +7,9 @@
 // that still runs is never talked to by a new client. Allocated; NULL when there is no safe folder.
 char *endpoint_path(struct err *e);
 
+// A path as nacred, which has its own working folder, can use it: absolute. The last part may not
+// exist yet. Caller frees.
+char *endpoint_file(const char *path);
+
 // Connects; starts the nacred beside this program when none listens. A descriptor, or -1.
 int endpoint_connect(struct err *e);

@@ -34,3 +34,10 @@ char *data_path(const char *name, struct err *e)
     free(self);
     return found;
 }
+
+char *data_file(const char *given)
+{
+    struct err ignored;
+    char *shipped = access(given, F_OK) ? data_path(given, &ignored) : NULL;
+    return shipped ? shipped : xstrdup(given);
+}

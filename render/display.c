@@ -1,6 +1,7 @@
 // display.c - exposure, gamut and highlights for the screen.
 #define _GNU_SOURCE
 #include "render/display.h"
+#include "core/spectrum.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -39,6 +40,20 @@ void display_map(struct image *im, double exposure_ev)
         show(c);
         for (int i = 0; i < 3; i++)
             px[i] = (float)fmax(0, c[i]);
+    }
+}
+
+void display_dither(struct image *im)
+{
+    for (int k = 0; k < im->w * im->h; k++) {
+        const double x = 0.06711056 * (k % im->w) + 0.00583715 * (k / im->w);
+        const double y = 52.9829189 * (x - floor(x)), step = (y - floor(y) - .5) / 255;
+        for (int c = 0; c < 3; c++) {
+            float *px = &im->px[3 * k + c];
+            const double shown = srgb_encode((double)*px);
+            if (shown > 0 && shown < 1) // black and white stay
+                *px = (float)srgb_decode(fmax(0, fmin(1, shown + step)));
+        }
     }
 }
 

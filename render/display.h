@@ -9,6 +9,10 @@
 
 void display_map(struct image *im, double exposure_ev); // R,G,B in place; NAN becomes black
 
+// For files of 8 bits a channel: moves each display value by up to half a step of 255, by a pattern
+// without grain (interleaved gradients, Jimenez 2014), so that slow gradients show no steps.
+void display_dither(struct image *im);
+
 // What `exposure: auto` means: the stops that bring the 96th percentile of what is lit (by its
 // largest channel, pixels within 2^20 of the brightest) to 0.5. A pattern's orders show their
 // colours, its specular peak goes to white.

@@ -40,6 +40,7 @@ struct gl_target {
     int w, h;
     GLuint frame, color, depth;
 };
+extern bool gl_lost; // a test sets it: the context counts as lost until another one is checked
 extern GLenum
     gl_picture_format; // of its colour, GL_RGBA32F; a test takes one that cannot be drawn to
 bool gl_target_init(struct gl_target *t, int w, int h, struct err *e);

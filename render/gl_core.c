@@ -7,9 +7,11 @@
 enum { MAX_PARTS = 8 };
 
 GLenum gl_picture_format = GL_RGBA32F;
+bool gl_lost;
 
 bool gl_check(struct err *e)
 {
+    gl_lost = false;
     if (epoxy_gl_version() < 33)
         return err_set(e, ERR_DEVICE, "OpenGL %.40s is too old: 3.3 is needed",
                        (const char *)glGetString(GL_VERSION));
@@ -30,7 +32,7 @@ bool gl_alive(struct err *e)
         reset = glGetGraphicsResetStatus();
     else if (epoxy_has_gl_extension("GL_ARB_robustness"))
         reset = glGetGraphicsResetStatusARB();
-    return reset == GL_NO_ERROR ||
+    return (reset == GL_NO_ERROR && !gl_lost) ||
            err_set(e, ERR_DEVICE, "OpenGL lost its context: %s reset the graphics card; %s",
                    reset == GL_GUILTY_CONTEXT_RESET ? "this program" : "another program", remedy);
 }

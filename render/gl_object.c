@@ -47,7 +47,8 @@ static struct gl_features features_of(const struct object *o, const struct scene
         .linear = m->table.power == 1,
         .masked = m->mask.stripes > 0 || m->mask.picture.px,
         .surround = s->surround,
-        .seen = o->seen.px,
+        .seen = object_shows_map(o),
+        .lobes = s->surround && object_has_lobes(o),
         .far = s->surround && object_uses_far_lights(o),
         .curves = m->table.basis != TABLE_PLAIN,
         .crossed = slits_are_crossed(&m->slits),
@@ -66,13 +67,15 @@ static GLuint program_of(struct gl_object *g, const struct object *o, enum diffr
     snprintf(defines, sizeof defines,
              "#define SHAPE %d\n#define DIFFRACTION %d\n#define MAX_LIGHTS %d\n#define GLOSSY %d\n"
              "#define COAT %d\n#define LINEAR %d\n#define MASKED %d\n#define SURROUND %d\n"
-             "#define SEEN %d\n#define FAR %d\n#define CURVES %d\n#define CROSSED %d\n",
+             "#define SEEN %d\n#define FAR %d\n#define CURVES %d\n#define CROSSED %d\n"
+             "#define LOBES %d\n",
              (int)o->shape.kind, (int)kind, LIGHTS_MOST, f.glossy, f.coat, f.linear, f.masked,
-             f.surround, f.seen, f.far, f.curves, f.crossed);
+             f.surround, f.seen, f.far, f.curves, f.crossed, f.lobes);
     const bool mesh = o->shape.kind == SHAPE_MESH;
     const char *const vertex[] = {mesh ? shader_mesh : shader_tile, NULL};
-    const char *const fragment[] = {shader_shapes,   shader_lights,  shader_layers,
-                                    shader_surround, shader_surface, NULL};
+    const char *const fragment[] = {shader_shapes,   shader_lights, shader_layers,
+                                    shader_surround, shader_lobes,  shader_surrounded,
+                                    shader_surface,  NULL};
     return *p = gl_program(o->name, defines, vertex, fragment, e);
 }
 
@@ -112,6 +115,7 @@ void gl_object_finish(struct gl_object *o)
     glDeleteBuffers(1, &o->buffer);
     glDeleteBuffers(1, &o->index);
     glDeleteTextures(1, &o->seen);
+    glDeleteTextures(1, &o->lobes);
     tiles_finish(&o->tiles);
 }
 
@@ -155,8 +159,31 @@ static void set_surround(const struct gl_object *g, GLuint p, const struct scene
     glUniformMatrix3fv(glGetUniformLocation(p, "world"), 1, GL_FALSE, world);
     glUniform3fv(glGetUniformLocation(p, "harmonic"), SURROUND_TERMS, harmonic[0]);
     gl_set1f(p, "through_diffuse", coat_through_diffuse(o->material.coat_ior));
-    gl_set1i(p, "n_far", s->surround ? s->surround->n_lights : 0);
+    int n_far;
+    scene_far_lights(s, o, &n_far);
+    gl_set1i(p, "n_far", n_far);
     gl_bind(p, "seen", 4, GL_TEXTURE_2D, g->seen);
+    gl_bind(p, "cells", 7, GL_TEXTURE_2D, g->lobes);
+    if (!s->surround)
+        return;
+    gl_set1f(p, "rest_height", s->surround->rest[0].h);
+    gl_set1i(p, "n_levels", s->surround->n_levels);
+    gl_set1i(p, "by_lights_alone", object_by_lights_alone(o));
+    gl_set1i(p, "which_pass", s->pass);
+    gl_set1i(p, "passes", s->passes > 1 ? s->passes : 1);
+}
+
+void gl_object_lobes(struct gl_object *g, const struct object *o)
+{
+    const struct lobes *l = &o->lobes[o->material.diffraction];
+    if (!object_has_lobes(o))
+        return;
+    if (!g->lobes)
+        g->lobes = gl_texture(GL_TEXTURE_2D, GL_NEAREST);
+    glActiveTexture(GL_TEXTURE7);
+    glBindTexture(GL_TEXTURE_2D, g->lobes);
+    glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB32F, 1 + l->count, l->n, 0, GL_RGB, GL_FLOAT, l->cell);
 }
 
 void gl_object_use(const struct gl_object *g, GLuint p, const struct object *o,

@@ -4,14 +4,11 @@
 #include "render/scene.h"
 #include "render/tiles.h"
 
-enum {
-    DIFFRACTION_KINDS = 4 /* of diffraction */,
-    LIGHTS_MOST = SCENE_MAX_LIGHTS + SURROUND_LIGHTS
-};
+enum { LIGHTS_MOST = SCENE_MAX_LIGHTS + SURROUND_LIGHTS };
 
 // What a program leaves out when it is not needed.
 struct gl_features {
-    bool glossy, coat, linear, masked, surround, seen, far, curves, crossed;
+    bool glossy, coat, linear, masked, surround, seen, far, curves, crossed, lobes;
 };
 
 struct gl_object {
@@ -20,6 +17,7 @@ struct gl_object {
     struct gl_material material;
     GLuint vertices, buffer, index; // of a mesh
     GLuint seen;                    // texture of what it shows of the environment; 0: none
+    GLuint lobes;                   // texture of its pattern's cells, of the picture being drawn
     struct tiles tiles;             // of the last picture
 };
 
@@ -34,6 +32,8 @@ bool gl_object_programs(struct gl_object *g, const struct object *o, const struc
 // Everything but lights and the environment's texture, for a picture of w x h.
 void gl_object_use(const struct gl_object *g, GLuint program, const struct object *o,
                    const struct scene *s, int w, int h);
+// Uploads the cells of its pattern, which change from picture to picture (sampling.h).
+void gl_object_lobes(struct gl_object *g, const struct object *o);
 void gl_object_draw_mesh(const struct gl_object *g, const struct mesh *m);
 
 // right, up, forward, eye and size, in the shape's coordinates.

@@ -3,12 +3,14 @@
 #include "render/gl_progress.h"
 #include "core/log.h"
 #include "render/shaders.h"
+#include <math.h>
 
 bool gl_progress_init(struct gl_progress *p, const struct scene *s, int side, int w, int h,
                       struct err *e)
 {
     *p = (struct gl_progress){0};
-    sampling_init(&p->sampling, s, side);
+    if (!sampling_init(&p->sampling, s, side, e))
+        return false;
     p->sampling.pass.w = w;
     p->sampling.pass.h = h;
     const char *const vertex[] = {shader_screen, NULL}, *const fragment[] = {shader_mean, NULL};
@@ -41,8 +43,8 @@ bool gl_progress_step(struct gl_progress *p, struct gl_renderer *r, struct err *
 {
     if (p->done == p->sampling.side * p->sampling.side)
         return true;
-    sampling_pass(&p->sampling, p->done);
-    if (!gl_renderer_draw(r, &p->sampling.pass, &p->one, e))
+    if (!sampling_pass(&p->sampling, p->done, e) ||
+        !gl_renderer_draw(r, &p->sampling.pass, &p->one, e))
         return false;
     add(p);
     p->done++;
@@ -61,25 +63,43 @@ void gl_progress_finish(struct gl_progress *p)
     *p = (struct gl_progress){0};
 }
 
+static double difference(const struct image *a, const struct image *b)
+{
+    double sum = 0, all = 0;
+    for (size_t k = 0; k < (size_t)a->w * (size_t)a->h * 3; k++) {
+        const double d = (double)a->px[k] - (double)b->px[k];
+        sum += d * d;
+        all += (double)b->px[k] * (double)b->px[k];
+    }
+    return all > 0 ? sqrt(sum / all) : 0;
+}
+
 bool gl_render_passes(const struct scene *s, int side, struct image *out, struct gl_work *work,
                       struct err *e)
 {
     struct gl_context *c = NULL;
     struct gl_renderer *r = NULL;
     struct gl_progress p = {0};
+    struct image half = {0};
+    const int n = side * side;
     if (!gl_context_open(&c, e))
         return false;
     bool ok = gl_renderer_open(&r, s, e) && gl_progress_init(&p, s, side, s->w, s->h, e);
     struct progress bar;
-    progress_start(&bar, "passes", side * side);
-    while (ok && p.done < side * side) {
+    progress_start(&bar, "passes", n);
+    while (ok && p.done < n) {
         ok = gl_progress_step(&p, r, e);
+        if (ok && n > 1 && p.done == n / 2)
+            ok = gl_target_read(&p.mean, &half, e);
         progress_step(&bar, 1);
     }
     progress_end(&bar);
     ok = ok && gl_target_read(&p.mean, out, e);
-    if (ok && work)
+    if (ok && work) {
         *work = gl_renderer_work(r, &p.sampling.pass, &p.mean);
+        work->error = half.px ? difference(&half, out) : NAN;
+    }
+    image_finish(&half);
     gl_progress_finish(&p);
     gl_renderer_close(r);
     gl_context_close(c);

@@ -20,6 +20,7 @@ bool gl_progress_init(struct gl_progress *p, const struct scene *s, int side, in
 bool gl_progress_step(struct gl_progress *p, struct gl_renderer *r, struct err *e);
 void gl_progress_finish(struct gl_progress *p); // accepts a zeroed struct
 
-// All at once, without a display, as gl_render().
+// All at once, without a display, as gl_render(). work->error is how far the mean of the first half
+// of the passes is from that of all: about the error of all.
 bool gl_render_passes(const struct scene *s, int side, struct image *out, struct gl_work *work,
                       struct err *e);

@@ -15,6 +15,7 @@ struct gl_renderer {
     GLuint lights;             // the buffer of lights
     GLuint far, far_lights;    // the tiles' lists of the environment's lights: buffer and texture
     GLuint surround, backdrop; // the environment's texture, the program of what is behind
+    GLuint rest;               // the environment without its spots, in levels
     struct gl_object *object;  // [n], owned
     int n;
 };
@@ -27,10 +28,23 @@ static GLuint float_texture(const struct image *im)
     return t;
 }
 
+static GLuint levels_texture(const struct image *level, int n)
+{
+    const GLuint t = gl_texture(GL_TEXTURE_2D, GL_LINEAR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, n - 1);
+    for (int k = 0; k < n; k++)
+        glTexImage2D(GL_TEXTURE_2D, k, GL_RGBA32F, level[k].w, level[k].h, 0, GL_RGB, GL_FLOAT,
+                     level[k].px);
+    return t;
+}
+
 bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct err *e)
 {
     glDeleteTextures(1, &r->surround);
-    r->surround = 0;
+    glDeleteTextures(1, &r->rest);
+    r->surround = r->rest = 0;
     for (int k = 0; k < r->n; k++) {
         glDeleteTextures(1, &r->object[k].seen);
         r->object[k].seen = s->object[k].seen.px ? float_texture(&s->object[k].seen) : 0;
@@ -39,6 +53,7 @@ bool gl_renderer_surround(struct gl_renderer *r, const struct scene *s, struct e
         return true;
     r->surround = float_texture(&s->surround->env.map);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_REPEAT);
+    r->rest = levels_texture(s->surround->rest, s->surround->n_levels);
     if (!r->backdrop)
         r->backdrop = gl_program("backdrop", "", (const char *const[]){shader_screen, NULL},
                                  (const char *const[]){shader_surround, shader_backdrop, NULL}, e);
@@ -91,6 +106,7 @@ bool gl_renderer_open(struct gl_renderer **out, const struct scene *s, struct er
 static void drop(struct gl_renderer *r)
 {
     glDeleteTextures(1, &r->surround);
+    glDeleteTextures(1, &r->rest);
     glDeleteProgram(r->backdrop);
     glDeleteVertexArrays(1, &r->nothing);
     glDeleteVertexArrays(1, &r->tiles);
@@ -147,10 +163,11 @@ static void set_lights(const struct gl_renderer *r, GLuint p, const struct scene
         const double rgb[3] = {l->power * l->tint[0], l->power * l->tint[1], l->power * l->tint[2]};
         put_light(&b, k, frame_local(&shape->frame, at), !l->is_far, rgb);
     }
-    const struct surround *around = s->surround;
-    for (int k = 0; around && k < around->n_lights; k++)
-        put_light(&b, s->n_lights + k, frame_local(&shape->frame, around->light[k].to), false,
-                  around->light[k].irradiance);
+    int n_far;
+    const struct surround_light *far = scene_far_lights(s, o, &n_far);
+    for (int k = 0; k < n_far; k++)
+        put_light(&b, s->n_lights + k, frame_local(&shape->frame, far[k].to), false,
+                  far[k].irradiance);
     gl_set1i(p, "n_lights", s->n_lights);
     glBindBuffer(GL_UNIFORM_BUFFER, r->lights);
     glBufferData(GL_UNIFORM_BUFFER, sizeof b, &b, GL_STREAM_DRAW);
@@ -184,6 +201,7 @@ static void use(const struct gl_renderer *r, const struct gl_object *g, GLuint p
     set_lights(r, p, s, o);
     gl_bind(p, "surround", 3, GL_TEXTURE_2D, r->surround);
     gl_bind(p, "far_lights", 5, GL_TEXTURE_BUFFER, r->far_lights);
+    gl_bind(p, "rest", 6, GL_TEXTURE_2D, r->rest);
 }
 
 static void put_far_lists(const struct gl_renderer *r, const struct tiles *t)
@@ -200,8 +218,10 @@ static void draw_object(struct gl_renderer *r, struct gl_object *g, const struct
 {
     const GLuint full = g->program[o->material.diffraction], plain = g->program[DIFFRACTION_NONE];
     tiles_find(&g->tiles, s, o, t->w, t->h);
-    if (s->surround)
+    if (s->surround) {
         put_far_lists(r, &g->tiles);
+        gl_object_lobes(g, o);
+    }
     if (o->shape.kind == SHAPE_MESH) {
         use(r, g, full, o, s, t);
         gl_object_draw_mesh(g, &o->shape.mesh);
@@ -253,7 +273,7 @@ static long pixels_of(const struct tile *t, int n)
 struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s,
                                 const struct gl_target *t)
 {
-    struct gl_work work = {0};
+    struct gl_work work = {.error = NAN};
     const long all = (long)t->w * t->h;
     for (int k = 0; k < r->n; k++) {
         const struct tiles *tiles = &r->object[k].tiles;

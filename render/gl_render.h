@@ -30,6 +30,7 @@ bool gl_renderer_draw(struct gl_renderer *r, const struct scene *s, const struct
 struct gl_work {
     long shaded, shaded_most, looked_up, looked_up_most;
     int tables, tables_used;
+    double error; // relative RMSE of many pictures' mean (gl_progress.h); NAN: of one, not known
 };
 struct gl_work gl_renderer_work(const struct gl_renderer *r, const struct scene *s,
                                 const struct gl_target *t);

@@ -131,6 +131,7 @@ void material_diffraction(const struct material *m, struct vec3 wi, struct vec3 
         weight = 1;
         rainbow_rgb(&m->rainbow, h.x, h.z, out);
         break;
+    case DIFFRACTION_KINDS: return;
     }
     for (int c = 0; c < 3; c++)
         out[c] *= weight * m->gain;

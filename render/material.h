@@ -14,6 +14,7 @@ enum diffraction {
     DIFFRACTION_TABLE,
     DIFFRACTION_SLITS, // evaluated at every point, wavelength by wavelength
     DIFFRACTION_STAM,  // G04, process/rainbow.h
+    DIFFRACTION_KINDS
 };
 
 // Where the sample diffracts at all: stripes, or a picture's first channel (nearest pixel).

@@ -10,13 +10,14 @@ struct renewed {
     struct table table;
     struct slits slits;
     struct image seen;
+    struct lobes lobes[DIFFRACTION_KINDS];
 };
 
 // What the thread works from: copies, since the scene changes as its owner takes what is ready.
 struct job {
     struct material material; // its photograph is the scene's; no table
     struct frame frame;
-    bool seen; // shows a prefiltered map
+    bool seen; // shows a prefiltered map; else, under an environment, its lobes
 };
 
 struct relight {
@@ -54,6 +55,11 @@ static void hand_over(struct relight *r, int k, const struct renewed *from)
         to->slits = from->slits;
     if (from->seen.px)
         to->seen = from->seen;
+    for (int kind = 0; kind < DIFFRACTION_KINDS; kind++)
+        if (from->lobes[kind].n) {
+            lobes_finish(&to->lobes[kind]);
+            to->lobes[kind] = from->lobes[kind];
+        }
     r->any = true;
     pthread_mutex_unlock(&r->mutex);
 }
@@ -66,6 +72,12 @@ static bool weigh_slits(struct relight *r, int k, struct err *e)
         return true;
     if (!slits_light(&new.slits, &r->light, new.slits.n, e))
         return false;
+    const struct material m = {.slits = new.slits};
+    if (r->surround &&
+        !lobes_init(&new.lobes[DIFFRACTION_SLITS], &m, DIFFRACTION_SLITS, LOBES_CELLS, 1, e)) {
+        slits_finish(&new.slits);
+        return false;
+    }
     hand_over(r, k, &new);
     return true;
 }
@@ -81,10 +93,12 @@ static bool sum_table(struct relight *r, int k, struct err *e)
         struct material m = job->material;
         if (!lut_preview_next(&preview, &new.table, e))
             return false;
-        if (lut_preview_done(&preview) && job->seen) {
+        if (r->surround && (!job->seen || lut_preview_done(&preview))) {
             material_take_table(&m, &new.table, m.r0);
-            const bool ok =
-                surround_prefilter(r->surround, &m, &job->frame, r->seen_size, &new.seen, e);
+            const bool ok = job->seen ? surround_prefilter(r->surround, &m, &job->frame,
+                                                           r->seen_size, &new.seen, e)
+                                      : lobes_init(&new.lobes[DIFFRACTION_TABLE], &m,
+                                                   DIFFRACTION_TABLE, LOBES_CELLS, 1, e);
             new.table = m.table;
             if (!ok) {
                 table_finish(&new.table);
@@ -160,6 +174,11 @@ static void take(struct object *o, struct renewed *new)
         image_finish(&o->seen);
         o->seen = new->seen;
     }
+    for (int kind = 0; kind < DIFFRACTION_KINDS; kind++)
+        if (new->lobes[kind].n) {
+            lobes_finish(&o->lobes[kind]);
+            o->lobes[kind] = new->lobes[kind];
+        }
     *new = (struct renewed){0};
 }
 
@@ -199,6 +218,8 @@ void relight_close(struct relight *r)
         table_finish(&r->ready[k].table);
         slits_finish(&r->ready[k].slits);
         image_finish(&r->ready[k].seen);
+        for (int kind = 0; kind < DIFFRACTION_KINDS; kind++)
+            lobes_finish(&r->ready[k].lobes[kind]);
     }
     free(r->job);
     free(r->ready);

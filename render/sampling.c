@@ -31,20 +31,41 @@ static void disc_point(int k, int n, double at[2])
     at[1] = r * sin(angle);
 }
 
-void sampling_init(struct sampling *p, const struct scene *s, int side)
+static bool cut_surround(struct sampling *p, const struct scene *s, int passes, struct err *e)
+{
+    bool by_far = false, alone = false;
+    for (int k = 0; k < s->n_objects; k++) {
+        const struct object *o = &s->object[k];
+        by_far = by_far || object_uses_far_lights(o);
+        alone = alone || object_by_lights_alone(o);
+        if (object_has_lobes(o) && !lobes_init(&p->lobes[k], &o->material, o->material.diffraction,
+                                               LOBES_CELLS, passes, e))
+            return false;
+    }
+    const struct image *all = &s->surround->env.map, *spots = &s->surround->spots;
+    if (alone && !(p->all = surround_cut(all, SURROUND_LIGHTS, passes, &p->n_all, e)))
+        return false;
+    return !by_far || (p->spots = surround_cut(spots, SURROUND_LIGHTS, passes, &p->n_spots, e));
+}
+
+bool sampling_init(struct sampling *p, const struct scene *s, int side, struct err *e)
 {
     enum { POINTS = 16 };
     *p = (struct sampling){.side = side, .pass = *s, .of = s, .points = 1};
     if (side < 2)
-        return;
+        return true;
     while (p->points < POINTS && 2 * p->points * s->n_lights <= SCENE_MAX_LIGHTS)
         p->points *= 2;
     p->light = xcalloc((size_t)(p->points * s->n_lights) + 1, sizeof *p->light);
-    bool by_far = false;
+    p->object = xcalloc((size_t)s->n_objects, sizeof *p->object);
+    p->lobes = xcalloc((size_t)s->n_objects, sizeof *p->lobes);
+    p->picked = xcalloc((size_t)s->n_objects, sizeof *p->picked);
     for (int k = 0; k < s->n_objects; k++)
-        by_far = by_far || object_uses_far_lights(&s->object[k]);
-    if (s->surround && by_far)
-        p->far = surround_cut(s->surround, SURROUND_LIGHTS * side * side, &p->n_far);
+        p->object[k] = s->object[k];
+    if (!s->surround || cut_surround(p, s, side * side, e))
+        return true;
+    sampling_finish(p);
+    return false;
 }
 
 static void sample_camera(struct sampling *p, int k)
@@ -88,32 +109,62 @@ static void sample_light(struct sampling *p, const struct light *l, int k)
     }
 }
 
-void sampling_pass(struct sampling *p, int k)
+// One part of each light, in the place of all of it.
+static int pick(const struct surround_light *from, int n, int passes, int k,
+                struct surround_light *to)
+{
+    for (int l = 0; l < n / passes; l++) {
+        to[l] = from[l * passes + (k + 29 * l) % passes];
+        for (int c = 0; c < 3; c++)
+            to[l].irradiance[c] *= passes;
+    }
+    return n / passes;
+}
+
+bool sampling_pass(struct sampling *p, int k, struct err *e)
 {
     if (p->side < 2)
-        return;
+        return true;
     const int n = p->side * p->side;
     sample_camera(p, k);
     p->pass.light = p->light;
     p->pass.n_lights = 0;
     for (int l = 0; l < p->of->n_lights; l++)
         sample_light(p, &p->of->light[l], k);
-    if (!p->far)
-        return;
+    if (!p->of->surround)
+        return true;
+    p->pass.pass = k;
+    p->pass.passes = n;
     p->around = *p->of->surround;
-    p->around.n_lights = 0;
-    for (int l = k; l < p->n_far; l += n) {
-        struct surround_light *one = &p->around.light[p->around.n_lights++];
-        *one = p->far[l];
-        for (int c = 0; c < 3; c++)
-            one->irradiance[c] *= n;
-    }
     p->pass.surround = &p->around;
+    if (p->all)
+        p->around.n_lights = pick(p->all, p->n_all, n, k, p->around.light);
+    if (p->spots)
+        p->around.n_spots = pick(p->spots, p->n_spots, n, k, p->around.spot);
+    p->pass.object = p->object;
+    for (int l = 0; l < p->of->n_objects; l++) {
+        struct object *o = &p->object[l];
+        if (!p->lobes[l].n)
+            continue;
+        lobes_finish(&p->picked[l]);
+        if (!lobes_pick(&p->lobes[l], n, k, &p->picked[l], e))
+            return false;
+        o->lobes[o->material.diffraction] = p->picked[l];
+    }
+    return true;
 }
 
 void sampling_finish(struct sampling *p)
 {
+    for (int k = 0; p->lobes && k < p->of->n_objects; k++) {
+        lobes_finish(&p->lobes[k]);
+        lobes_finish(&p->picked[k]);
+    }
+    free(p->lobes);
+    free(p->picked);
+    free(p->object);
     free(p->light);
-    free(p->far);
+    free(p->all);
+    free(p->spots);
     *p = (struct sampling){0};
 }

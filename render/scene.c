@@ -11,6 +11,8 @@ void scene_finish(struct scene *s)
         shape_finish(&s->object[k].shape);
         material_finish(&s->object[k].material);
         image_finish(&s->object[k].seen);
+        for (int kind = 0; kind < DIFFRACTION_KINDS; kind++)
+            lobes_finish(&s->object[k].lobes[kind]);
         free(s->object[k].name);
     }
     free(s->object);
@@ -21,6 +23,11 @@ void scene_finish(struct scene *s)
     *s = (struct scene){0};
 }
 
+static bool cut_lobes(struct object *o, enum diffraction kind, struct err *e)
+{
+    return o->lobes[kind].n || lobes_init(&o->lobes[kind], &o->material, kind, LOBES_CELLS, 1, e);
+}
+
 bool scene_prefilter(struct scene *s, struct err *e)
 {
     for (int k = 0; k < s->n_objects && s->surround; k++) {
@@ -28,9 +35,12 @@ bool scene_prefilter(struct scene *s, struct err *e)
         const struct shape *shape = &o->shape;
         const bool flat =
             shape->kind == SHAPE_PLANE || (shape->kind == SHAPE_DISC && shape->fixed_tangent);
-        if (flat && o->material.table.n && !o->seen.px &&
-            !surround_prefilter(s->surround, &o->material, &shape->frame, s->seen_size, &o->seen,
-                                e))
+        const bool table = o->material.table.n > 0;
+        if ((flat && table && !o->seen.px &&
+             !surround_prefilter(s->surround, &o->material, &shape->frame, s->seen_size, &o->seen,
+                                 e)) ||
+            (!flat && table && !cut_lobes(o, DIFFRACTION_TABLE, e)) ||
+            (o->material.slits.n && !cut_lobes(o, DIFFRACTION_SLITS, e)))
             return err_in(e, "%s: what it shows of the environment", o->name);
     }
     return true;

@@ -3,7 +3,7 @@
 // World coordinates in metres, right-handed, +y up (docs/optics.md). Pictures have row 0 on top.
 #pragma once
 #include "core/image.h"
-#include "render/material.h"
+#include "render/lobes.h"
 #include "render/shape.h"
 #include "render/surround.h"
 
@@ -29,14 +29,34 @@ struct object {
     char *name; // owned
     struct shape shape;
     struct material material;
-    struct image seen; // what its diffraction shows of the environment (surround.h), or empty
+    struct image seen; // what its table shows of the environment (surround.h), or empty
+    struct lobes lobes[DIFFRACTION_KINDS]; // its patterns' cells, where it needs them for that
 };
+
+// Whether a map has all that an object diffracts of the environment.
+static inline bool object_shows_map(const struct object *o)
+{
+    return o->seen.px && o->material.diffraction == DIFFRACTION_TABLE;
+}
+
+// Whether an object diffracts the environment's rest by lobes: its own, or such as integrate finer.
+static inline bool object_has_lobes(const struct object *o)
+{
+    const enum diffraction kind = o->material.diffraction;
+    return !object_shows_map(o) && (kind == DIFFRACTION_TABLE || kind == DIFFRACTION_SLITS);
+}
 
 // Whether the environment's lights add anything to an object, next to its irradiance and `seen`.
 static inline bool object_uses_far_lights(const struct object *o)
 {
     return material_has_specular(&o->material) ||
-           (o->material.diffraction != DIFFRACTION_NONE && !o->seen.px);
+           (o->material.diffraction != DIFFRACTION_NONE && !object_shows_map(o));
+}
+
+// Stam's shader has no lobes: it sees all of the environment as lights, others its spots.
+static inline bool object_by_lights_alone(const struct object *o)
+{
+    return o->material.diffraction == DIFFRACTION_STAM;
 }
 
 struct scene {
@@ -52,7 +72,17 @@ struct scene {
     int n_objects;
     struct surround *surround; // owned; NULL: there is none
     int seen_size;             // nodes a side of the objects' `seen`
+    int pass, passes; // of pictures whose mean is meant, which one (sampling.h); 0, 0: alone
 };
+
+// The environment's lights that an object sees, *n of them.
+static inline const struct surround_light *scene_far_lights(const struct scene *s,
+                                                            const struct object *o, int *n)
+{
+    const bool alone = object_by_lights_alone(o);
+    *n = !s->surround ? 0 : alone ? s->surround->n_lights : s->surround->n_spots;
+    return !s->surround ? NULL : alone ? s->surround->light : s->surround->spot;
+}
 
 enum { SCENE_MAX_LIGHTS = 256, SCENE_MAX_OBJECTS = 32 };
 
@@ -71,9 +101,9 @@ struct scene_options {
 
 // Errors name file and line; tables are found relative to the scene file.
 bool scene_read(struct scene *s, const char *path, const struct scene_options *o, struct err *e);
-// Computes what flat objects show of the environment, where it is missing: scene_read does, and
-// whoever changes the environment, a frame or a table after freeing `seen`. Other objects see the
-// environment's lights.
+// Computes what flat objects show of the environment and other objects' lobes, where they are
+// missing: scene_read does, and whoever changes the environment, a frame or a table after freeing
+// `seen` and, for a table, `lobes`.
 bool scene_prefilter(struct scene *s, struct err *e);
 void scene_finish(struct scene *s); // accepts a zeroed struct
 

@@ -182,11 +182,11 @@ static bool read_surround(struct ynode *root, struct scene *s, const struct scen
     if (!ok)
         return false;
     s->surround = xcalloc(1, sizeof *s->surround);
-    surround_init(s->surround, &env, intensity, turn_rad);
-    s->surround->shown = shown;
     if (o->nodes)
         s->seen_size = o->nodes;
-    return true;
+    ok = surround_init(s->surround, &env, intensity, turn_rad, e);
+    s->surround->shown = shown;
+    return ok;
 }
 
 static bool read_objects(struct ynode *root, struct scene *s, const struct scene_options *o,

@@ -7,7 +7,9 @@ extern const char shader_mesh[];   // vertex: triangles of a mesh
 extern const char shader_shapes[]; // where a ray meets plane, disc, cylinder, sphere
 extern const char shader_lights[];
 extern const char shader_layers[];   // diffuse, specular, diffraction, coat
-extern const char shader_surround[]; // environments
+extern const char shader_surround[];   // the environment as a map
+extern const char shader_lobes[];      // its rest on lobes
+extern const char shader_surrounded[]; // its light on a surface
 extern const char shader_surface[];  // fragment: main() of a shape
 extern const char shader_backdrop[]; // fragment: main() of what is behind
 extern const char shader_mean[];     // fragment: a picture as it is

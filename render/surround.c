@@ -1,4 +1,4 @@
-// surround.c - environments: bilinear radiance, harmonics, lights by median cut, prefiltered maps.
+// surround.c - environments: bilinear radiance, harmonics, lights, spots and the rest, maps.
 #define _GNU_SOURCE
 #include "render/surround.h"
 #include "core/mem.h"
@@ -24,8 +24,7 @@ static void turn(struct image *im, int columns)
     free(row);
 }
 
-// Solid angle of the pixels of row j.
-static double row_angle(const struct image *im, int j)
+double surround_row_angle(const struct image *im, int j)
 {
     return 2 * M_PI / im->w * (cos(M_PI * j / im->h) - cos(M_PI * (j + 1) / im->h));
 }
@@ -59,122 +58,53 @@ static void add_harmonics(struct surround *s)
                 row[k / 3][k % 3] += y[k / 3] * (double)pixel(im, i, j)[k % 3];
         }
         for (int k = 0; k < 3 * SURROUND_TERMS; k++)
-            s->irradiance[k / 3][k % 3] += row_angle(im, j) * lobe[k / 3] * row[k / 3][k % 3];
+            s->irradiance[k / 3][k % 3] +=
+                surround_row_angle(im, j) * lobe[k / 3] * row[k / 3][k % 3];
     }
 }
 
-// A rectangle of the map, for the median cut (Debevec 2005).
-struct part {
-    int i, j, w, h;
-    double power; // luminance times solid angle
-};
-
-static double column_power(const struct image *im, const struct part *p, int k, bool across)
+static bool cut_into(const struct image *map, struct surround_light *to, int *n, struct err *e)
 {
-    double sum = 0;
-    for (int q = 0; q < (across ? p->h : p->w); q++) {
-        const int i = across ? p->i + k : p->i + q, j = across ? p->j + q : p->j + k;
-        const float *px = pixel(im, i, j);
-        sum += row_angle(im, j) *
-               (0.2126 * (double)px[0] + 0.7152 * (double)px[1] + 0.0722 * (double)px[2]);
-    }
-    return sum;
+    struct surround_light *light = surround_cut(map, SURROUND_LIGHTS, 1, n, e);
+    if (light)
+        memcpy(to, light, (size_t)*n * sizeof *light);
+    free(light);
+    return light != NULL;
 }
 
-// Cuts where half of the light is on each side, across the side that is longer on the sphere.
-static void cut(const struct image *im, struct part *p, struct part *rest)
-{
-    const double middle = M_PI * (p->j + p->h / 2.0) / im->h;
-    const bool across = (p->w * sin(middle) > p->h && p->w > 1) || p->h < 2;
-    const int n = across ? p->w : p->h;
-    double sum = column_power(im, p, 0, across);
-    int k = 1;
-    while (k < n - 1 && sum + column_power(im, p, k, across) / 2 < p->power / 2)
-        sum += column_power(im, p, k++, across);
-    *rest = *p;
-    rest->power = p->power - sum;
-    p->power = sum;
-    if (across) {
-        rest->i += k;
-        rest->w -= k;
-        p->w = k;
-    } else {
-        rest->j += k;
-        rest->h -= k;
-        p->h = k;
-    }
-}
-
-static struct surround_light light_of(const struct image *im, const struct part *p)
-{
-    struct surround_light l = {0};
-    struct vec3 to = {0};
-    for (int j = p->j; j < p->j + p->h; j++)
-        for (int i = p->i; i < p->i + p->w; i++) {
-            double sum = 0;
-            for (int c = 0; c < 3; c++) {
-                const double power = row_angle(im, j) * (double)pixel(im, i, j)[c];
-                l.irradiance[c] += power;
-                sum += power;
-            }
-            to = v3_add(to, v3_scale(sum, latlong_dir(i, j, im->w, im->h)));
-        }
-    l.to = v3_norm(to) > 0 ? v3_unit(to)
-                           : latlong_dir(p->i + p->w / 2.0, p->j + p->h / 2.0, im->w, im->h);
-    return l;
-}
-
-struct surround_light *surround_cut(const struct surround *s, int most, int *n_lights)
-{
-    const struct image *im = &s->env.map;
-    struct part *part = xcalloc((size_t)most, sizeof *part);
-    struct surround_light *light = xcalloc((size_t)most, sizeof *light);
-    part[0] = (struct part){0, 0, im->w, im->h, 0};
-    for (int k = 0; k < im->w; k++)
-        part[0].power += column_power(im, &part[0], k, true);
-    int n = 1;
-    while (n < most) {
-        int next = -1;
-        for (int k = 0; k < n; k++)
-            if (part[k].w * part[k].h > 1 && (next < 0 || part[k].power > part[next].power))
-                next = k;
-        if (next < 0 || !(part[next].power > 0))
-            break;
-        cut(im, &part[next], &part[n++]);
-    }
-    *n_lights = 0;
-    for (int k = 0; k < n; k++)
-        if (part[k].power > 0)
-            light[(*n_lights)++] = light_of(im, &part[k]);
-    free(part);
-    return light;
-}
-
-void surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad)
+bool surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad,
+                   struct err *e)
 {
     *s = (struct surround){.env = *env, .shown = true};
     *env = (struct environment){0};
-    struct image *im = &s->env.map;
+    struct image *im = &s->env.map, rest = {0};
     const size_t n = (size_t)im->w * (size_t)im->h * 3;
     for (size_t k = 0; k < n; k++)
         im->px[k] *= (float)intensity;
     const long columns = lround(turn_rad / (2 * M_PI) * im->w) % im->w;
     turn(im, (int)(columns < 0 ? columns + im->w : columns));
     add_harmonics(s);
-    struct surround_light *light = surround_cut(s, SURROUND_LIGHTS, &s->n_lights);
-    memcpy(s->light, light, (size_t)s->n_lights * sizeof *light);
-    free(light);
+    const bool ok = cut_into(im, s->light, &s->n_lights, e) &&
+                    surround_part(im, &s->spots, &rest, e) &&
+                    cut_into(&s->spots, s->spot, &s->n_spots, e) && surround_levels(s, &rest, e);
+    image_finish(&rest);
+    if (!ok)
+        surround_finish(s);
+    return ok;
 }
 
 void surround_finish(struct surround *s)
 {
-    if (s)
-        environment_finish(&s->env);
+    if (!s)
+        return;
+    environment_finish(&s->env);
+    image_finish(&s->spots);
+    for (int k = 0; k < SURROUND_LEVELS; k++)
+        image_finish(&s->rest[k]);
 }
 
-void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3])
+static void read_map(const struct image *im, struct vec3 dir, double rgb[3])
 {
-    const struct image *im = &s->env.map;
     double x, y;
     latlong_pixel(dir, im->w, im->h, &x, &y);
     y = fmax(0, fmin(im->h - 1, y));
@@ -186,6 +116,18 @@ void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3])
                              fx * (double)pixel(im, right, j)[c]) +
                  fy * ((1 - fx) * (double)pixel(im, left, j + 1)[c] +
                        fx * (double)pixel(im, right, j + 1)[c]);
+}
+
+void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3])
+{
+    read_map(&s->env.map, dir, rgb);
+}
+
+// Pixels of a level, and linear reading between them, spread a point by half a pixel rms.
+void surround_rest(const struct surround *s, struct vec3 dir, double extent_rad, double rgb[3])
+{
+    const double level = ceil(log2(fmax(1e-9, 2 * extent_rad * s->rest[0].h / M_PI)) - .5);
+    read_map(&s->rest[(int)fmax(0, fmin(s->n_levels - 1, level))], dir, rgb);
 }
 
 void surround_irradiance(const struct surround *s, struct vec3 normal, double rgb[3])

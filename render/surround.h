@@ -1,5 +1,6 @@
 // surround.h - an environment as a renderer uses it: a backdrop and mirror image, the irradiance of
-// diffuse surfaces, point lights that hold all of its light, and what a flat sample shows of it.
+// diffuse surfaces, what a flat sample shows of it, and for lobes its light in two: the brightest
+// spots as far point lights, and the rest, which is even enough to be looked up around a direction.
 #pragma once
 #include "process/environment.h"
 #include "render/material.h"
@@ -10,26 +11,49 @@ struct surround_light {
     double irradiance[3];
 };
 
-enum { SURROUND_LIGHTS = 128 /* numbered in a byte */, SURROUND_TERMS = 9 };
+enum {
+    SURROUND_LIGHTS = 128, // numbered in a byte
+    SURROUND_TERMS = 9,
+    SURROUND_LEVELS = 15
+};
 
 struct surround {
     struct environment env;
-    bool shown; // behind the objects
-    struct surround_light light[SURROUND_LIGHTS];
+    bool shown;                                   // behind the objects
+    struct surround_light light[SURROUND_LIGHTS]; // all of it
     int n_lights;
+    struct image spots;                          // the brightest pixels, but for what `rest` holds
+    struct surround_light spot[SURROUND_LIGHTS]; // they as lights
+    int n_spots;
+    struct image rest[SURROUND_LEVELS]; // the map without spots; each level half the one before
+    int n_levels;
     double irradiance[SURROUND_TERMS][3]; // per spherical harmonic of the normal
 };
 
 // Takes the map over, scales it by `intensity`, turns it by `turn_rad` about +y (whole columns).
-void surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad);
+bool surround_init(struct surround *s, struct environment *env, double intensity, double turn_rad,
+                   struct err *e);
 void surround_finish(struct surround *s); // accepts a zeroed struct
 
-// All of its light in at most `most` lights by a median cut (Debevec 2005): down to single pixels
-// where it is brightest, or everywhere when the map has no more. Free them.
-struct surround_light *surround_cut(const struct surround *s, int most, int *n);
+// The light of a map (all of it, or the spots) in at most `most` lights (cut.h): down to single
+// pixels where it is brightest, or everywhere when the map has no more. Of each `parts`, one after
+// the other; *n counts them. Free them; NULL where memory is short.
+struct surround_light *surround_cut(const struct image *map, int most, int parts, int *n,
+                                    struct err *e);
 
 // Radiance from a unit direction, bilinear as a texture is read.
 void surround_radiance(const struct surround *s, struct vec3 dir, double rgb[3]);
+
+// What surround_init() makes of a map. Of every pixel what is above the luminance that a tiny part
+// of the sphere surpasses, and what is not; the rest's levels, the largest with a power of two
+// rows.
+bool surround_part(const struct image *map, struct image *spots, struct image *rest, struct err *e);
+bool surround_levels(struct surround *s, struct image *rest, struct err *e); // moves it in
+double surround_row_angle(const struct image *map, int j); // solid angle of a pixel of row j
+
+// Mean radiance of the rest around a direction, `extent_rad` rms along each axis, from the nearest
+// level.
+void surround_rest(const struct surround *s, struct vec3 dir, double extent_rad, double rgb[3]);
 
 // Irradiance of a surface by the harmonics up to degree 2 (Ramamoorthi and Hanrahan 2001: within
 // 1 % on average); never below zero.

@@ -161,7 +161,10 @@ static bool diffracts(struct tiles *t, const struct scene *s, const struct objec
                       const struct square *q, struct tile *tile)
 {
     const struct material *m = &o->material;
-    const int all = s->surround && object_uses_far_lights(o) ? s->surround->n_lights : 0;
+    int all;
+    const struct surround_light *far = scene_far_lights(s, o, &all);
+    if (!object_uses_far_lights(o))
+        all = 0;
     const bool glossy = material_has_specular(m);
     double u, v;
     tile->first = 0;
@@ -172,13 +175,13 @@ static bool diffracts(struct tiles *t, const struct scene *s, const struct objec
     const struct patch p = patch_of(s, o, q);
     if (!p.bounded || m->diffraction == DIFFRACTION_STAM)
         return true;
-    const bool by_far = all && !o->seen.px;
+    const bool by_far = all && !object_shows_map(o);
     bool any = near_diffract(s, &p, u, v);
     const int first = t->n_far;
     for (int k = 0; k < all && by_far; k++)
-        if (can_reach(s, &p, s->surround->light[k].to, 0, u, v))
+        if (can_reach(s, &p, far[k].to, 0, u, v))
             t->far[t->n_far++] = (unsigned char)k;
-    any = any || t->n_far > first;
+    any = any || t->n_far > first || (s->surround && object_has_lobes(o));
     if (glossy) { // every light matters
         t->n_far = first;
     } else {
@@ -200,7 +203,8 @@ void tiles_find(struct tiles *t, const struct scene *s, const struct object *o, 
     t->diffracting = xrealloc(t->diffracting, most + 1, sizeof *t->diffracting);
     t->plain = xrealloc(t->plain, most + 1, sizeof *t->plain);
     t->n_diffracting = t->n_plain = t->n_far = 0;
-    const int lights = s->surround ? s->surround->n_lights : 0;
+    int lights;
+    scene_far_lights(s, o, &lights);
     t->far = xrealloc(t->far, (most + 1) * (size_t)(lights + 1), 1);
     while (t->n_far < lights) {
         t->far[t->n_far] = (unsigned char)t->n_far;

@@ -14,7 +14,8 @@ static void fixture_sky(struct surround *s, bool patch)
         const double at = patch && hypot(i - 52, j - 13) < 3 ? 40 : 0;
         env.map.px[k] = (float)(at + (patch ? 0.2 + 0.1 * (k % 3) * sin(0.2 * i) : 1));
     }
-    surround_init(s, &env, 1, 0);
+    struct err e2;
+    assert_true(surround_init(s, &env, 1, 0, &e2));
 }
 
 TEST(an_even_sky_lights_every_side_with_pi)
@@ -43,7 +44,7 @@ TEST(turning_the_sky_turns_what_is_seen)
     fixture_sky(&a, true);
     assert_true(image_init(&env.map, 64, 32, 3, &e));
     memcpy(env.map.px, a.env.map.px, 64 * 32 * 3 * sizeof(float));
-    surround_init(&b, &env, 2, M_PI / 2); // about +y: z goes to x
+    assert_true(surround_init(&b, &env, 2, M_PI / 2, &e)); // about +y: z goes to x
     for (int k = 0; k < 50; k++) {
         const struct vec3 d = v3_unit(v3(sin(k), cos(2 * k), sin(3 * k + 1)));
         surround_radiance(&a, d, x);

@@ -204,6 +204,25 @@ TEST(what_cannot_be_opened_is_an_exit_code)
     assert_non_null(strstr(r.err, "script:1: 'fly' is not a step"));
 }
 
+TEST(a_lost_context_is_made_anew_with_what_was_set)
+{
+    need_screen();
+    const struct run r = play("--size 700x500 " SCENE "cd-g04.yaml",
+                              "settle\nset 30 yaw\nset 1 exposure\nsettle\nscreenshot before.png\n"
+                              "lose\nsettle\nscreenshot after.png\nprint\nkey E\nprint\n");
+    expect(&r, "OpenGL lost its context; all was drawn anew");
+    expect(&r, "set.yaw          30");
+    expect(&r, "set.exposure     1.5");
+    assert_true(differ("before.png", "after.png") < 0.002);
+    char script[200] = "settle\n";
+    for (int k = 0; k < 6; k++)
+        strcat(script, "lose\nsettle\n");
+    const struct run again = play("--size 700x500 " SCENE "cd-g04.yaml", script);
+    assert_int_equal(again.status, 4);
+    assert_non_null(strstr(again.err, "OpenGL lost its context 6 times; nacre render --backend cpu "
+                                      "draws without it"));
+}
+
 // A small table under every name that the scenes ask for, and the coil.
 static void make_tables(void)
 {
@@ -296,11 +315,11 @@ TEST(a_session_is_stepped_through)
     expect(&r, "u, v ");
 }
 
-static pid_t start_daemon(void)
+static pid_t start_daemon(const char *socket)
 {
     const pid_t pid = fork();
     if (!pid) {
-        execl(BIN_DIR "/nacred", "nacred", "--socket", "d.sock", NULL);
+        execl(BIN_DIR "/nacred", "nacred", "--socket", socket, NULL);
         _exit(127);
     }
     return pid;
@@ -323,7 +342,7 @@ TEST(a_daemon_that_dies_and_returns_is_followed)
     // Long enough to be noticed: the daemon is looked for every second.
     write_rig("name: p\nlights: [led]\nexposures: [100ms]\nrepeats: 40\n");
     assert_int_equal(system("rm -f run.out"), 0);
-    const pid_t daemon = start_daemon(), other = fork();
+    const pid_t daemon = start_daemon("d.sock"), other = fork();
     if (!other) { // kills it, starts another, and captures
         wait_for_print("nacred  *process");
         kill(daemon, SIGKILL);
@@ -345,6 +364,31 @@ TEST(a_daemon_that_dies_and_returns_is_followed)
     waitpid(daemon, &status, 0);
 }
 
+TEST(a_capture_is_begun_held_and_ended_in_the_window)
+{
+    need_all();
+    write_rig("name: p\nlights: [led]\nexposures: [100ms]\nrepeats: 40\n");
+    assert_int_equal(system("rm -rf shot && mkdir shot"), 0);
+    const pid_t daemon = start_daemon("e.sock");
+    const struct run r =
+        play("--size 800x600 --connect e.sock --rig rig.yaml --plan plan.yaml --sessions shot",
+             "wait 2\nkey ctrl+R\nwait 2\nprint\nkey space\nwait 1.5\nprint\nkey space\nwait "
+             "1.5\nprint\nkey ctrl+R\nkey ctrl+X\nwait 1.5\nsettle\nprint\n");
+    expect(&r, "capture          paused, ");
+    expect(&r, "last             frame ");
+    expect(&r, "note             a capture is running already");
+    expect(&r, "capture          none is running");
+    int status;
+    kill(daemon, SIGTERM);
+    waitpid(daemon, &status, 0);
+    const struct run s = run_nacre("session verify $(ls -d shot/capture-*)");
+    assert_non_null(strstr(s.out, "partial"));
+    // Without nacred: said, and nothing else happens.
+    const struct run none =
+        play("--size 800x600 --connect none.sock --sessions shot", "wait 1.2\nkey ctrl+R\nprint\n");
+    expect(&none, "a capture needs nacred");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -360,6 +404,8 @@ int main(void)
         cmocka_unit_test(a_turntable_writes_frames_and_ends_where_it_began),
         cmocka_unit_test(a_session_is_stepped_through),
         cmocka_unit_test(a_daemon_that_dies_and_returns_is_followed),
+        cmocka_unit_test(a_capture_is_begun_held_and_ended_in_the_window),
+        cmocka_unit_test(a_lost_context_is_made_anew_with_what_was_set),
     };
     return cmocka_run_group_tests(tests, open_screen, close_screen);
 }

@@ -3,26 +3,16 @@
 #include "acquire/shooter.h"
 #include "core/datapath.h"
 #include "core/log.h"
-#include "core/mem.h"
 #include "ui/commands.h"
 #include "ui/drivers.h"
 #include "ui/remote.h"
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 struct args {
     const char *rig, *plan, *out;
     bool dry_run, resume;
 };
-
-// A file as given, else one that ships ("rigs/sim.yaml" works from any folder).
-static char *find_file(const char *given)
-{
-    struct err ignored;
-    char *shipped = access(given, F_OK) ? data_path(given, &ignored) : NULL;
-    return shipped ? shipped : xstrdup(given);
-}
 
 static void describe(const struct plan_report *r, struct doc *d)
 {
@@ -98,7 +88,7 @@ static bool shoot(const struct args *a, const char *rig, const char *plan, struc
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct args *a = args;
-    char *rig = find_file(a->rig), *plan = find_file(a->plan);
+    char *rig = data_file(a->rig), *plan = data_file(a->plan);
     const bool ok = a->dry_run ? check(a, rig, plan, cli, e) : shoot(a, rig, plan, cli, e);
     free(rig);
     free(plan);

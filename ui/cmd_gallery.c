@@ -10,6 +10,7 @@
 #include "ui/coil.h"
 #include "ui/commands.h"
 #include "ui/html.h"
+#include "ui/lamp.h"
 #include "ui/words.h"
 #include <errno.h>
 #include <stdlib.h>
@@ -44,6 +45,9 @@ static const struct {
     {"lut @/phone-photo.exr" TABLE "--h-per-pixel 7.2e-4 --f0 0.2 --range 0.3 --power 3 --size 501 "
      "-o",
      "phone.exr"},
+    {"lut @/phone-photo.exr" TABLE "--h-per-pixel 7.2e-4 --f0 0.2 --range 0.3 --power 3 --size 501 "
+     "--psf @/lamp.exr -o",
+     "phone-lamp.exr"},
     {PHOTO "phone-fine.yaml --what pattern --filter green -o", "fine-photo.exr"},
     {"lut @/fine-photo.exr" TABLE "--h-per-pixel 7.2e-4 --f0 0.2 --range 0.3 --power 3 --size 501 "
      "-o",
@@ -113,10 +117,14 @@ static const struct figure {
       {"cd-g04", "", NULL, "GPU Gems ch. 8: Stam's shader with its rainbow of three bumps."}}},
     {"T17 figure 22: a lamp of several LEDs",
      "Four LEDs are four patterns.",
-     {{"led-array", "", NULL, "2 x 2 LEDs, 14 mm apart."}}},
+     {{"led-array", "", NULL, "2 x 2 LEDs, 14 mm apart, as lights of the scene."},
+      {"phone", "--table @/phone-lamp.exr", "phone-lamp",
+       "A ring of eight LEDs, warm and cool, and one in its middle: one look-up in the phone's "
+       "table, "
+       "convolved with the lamp's mirror image (T17 6.2)."}}},
     {"R17 figure 1: surroundings",
-     "Flat samples show their exactly prefiltered map, the disc and the ball are lit by the room's "
-     "128 lights.",
+     "Flat samples show their exactly prefiltered map; the disc and the ball the room's lamps as "
+     "lights and the rest of it around the directions that the cells of their pattern mirror.",
      {{"cd-room", "", NULL, "Compact disc."},
       {"tv-room", "", NULL, "TV."},
       {"holographic-room", "", NULL, "Holographic paper."}}},
@@ -189,7 +197,9 @@ static char *table_words(const struct gallery *g, size_t k)
 
 static bool make_tables(const struct gallery *g, struct err *e)
 {
-    bool ok = true;
+    char *lamp = xasprintf("%s/lamp.exr", g->tables);
+    bool ok = lamp_write(lamp, e);
+    free(lamp);
     for (size_t k = 0; ok && k < sizeof tables / sizeof *tables; k++) {
         char *file = table_file(g, k), *words = table_words(g, k);
         if (g->args->fresh || access(file, F_OK))
@@ -206,8 +216,8 @@ static bool make_tables(const struct gallery *g, struct err *e)
 static char *picture_words(const struct gallery *g, const char *scene, const char *more,
                            const char *file)
 {
-    char *line = xasprintf("render %%/scenes/%s.yaml --tables @%s%s%s", scene, *more ? " " : "",
-                           more, strstr(more, "--view") ? "" : " --samples 4");
+    char *line =
+        xasprintf("render %%/scenes/%s.yaml --tables @%s%s%s", scene, *more ? " " : "", more, "");
     char *begin = words_expand(line, g->tables, g->rigs);
     const bool other = g->args->environment && !strstr(more, "--environment");
     char *map = words_quote(other ? g->args->environment : "");

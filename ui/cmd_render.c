@@ -30,8 +30,9 @@ static const struct opt opts[] = {
     {"reference", OPT_FLAG, offsetof(struct args, reference),
      .help =
          "CPU with full integration: 64 rays a pixel, over the lens and the area of each light"},
-    {"samples", OPT_INT, offsetof(struct args, samples), "N", "1",
-     "OpenGL: N x N pictures, whose mean is over each pixel, the lens and the area of each light"},
+    {"samples", OPT_INT, offsetof(struct args, samples), "N", "4",
+     "N x N pictures, whose mean is over each pixel, the lens, the area of each light and "
+     "the room; 1: one, with each pixel's middle and lights as points"},
     {"table", OPT_FILE, offsetof(struct args, table), "FILE",
      .help = "diffraction table of the sample, instead of the scene's"},
     {"factors", OPT_FILE, offsetof(struct args, factors), "FILE",
@@ -90,10 +91,19 @@ static void tell_work(const struct gl_work *w, struct cli *cli)
     if (w->looked_up_most)
         doc_num(cli->doc, "skipped.diffraction",
                 1 - (double)w->looked_up / (double)w->looked_up_most);
+    if (!isnan(w->error))
+        doc_num(cli->doc, "error", w->error);
     if (w->tables) {
         doc_int(cli->doc, "tables", w->tables);
         doc_int(cli->doc, "tables_used", w->tables_used);
     }
+}
+
+static bool cpu_draw(const struct args *a, struct scene *s, bool reference, struct image *im,
+                     struct err *e)
+{
+    return a->samples > 1 && !reference ? cpu_render_passes(s, a->samples, im, e)
+                                        : cpu_render(s, reference, im, e);
 }
 
 static bool gl_draw(const struct args *a, struct scene *s, struct image *im, struct gl_work *work,
@@ -110,7 +120,7 @@ static bool draw_other(const struct args *a, struct scene *s, struct image *im, 
     const enum diffraction keep = m->diffraction;
     const bool reference = !strcmp(a->against, "reference");
     if (reference || !strcmp(a->against, "cpu"))
-        return cpu_render(s, reference, im, e);
+        return cpu_draw(a, s, reference, im, e);
     const bool ok = material_choose(m, a->against, e) && gl_draw(a, s, im, NULL, e);
     m->diffraction = keep;
     return ok;
@@ -133,6 +143,8 @@ static bool show(const struct args *a, struct scene *s, struct image *im, double
         view_split(im, &other);
     if (display && (!strcmp(a->view, "color") || !strcmp(a->view, "split")))
         display_map(im, ev);
+    if (display)
+        display_dither(im);
     image_finish(&other);
     return true;
 }
@@ -153,7 +165,7 @@ static bool draw(const struct args *a, struct scene *s, struct image *im, struct
     struct gl_work work = {0};
     const bool cpu = a->reference || !strcmp(a->backend, "cpu");
     const double start_s = now_s();
-    if (!(cpu ? cpu_render(s, a->reference, im, e) : gl_draw(a, s, im, &work, e)))
+    if (!(cpu ? cpu_draw(a, s, a->reference, im, e) : gl_draw(a, s, im, &work, e)))
         return false;
     doc_text(cli->doc, "picture", a->out);
     doc_int(cli->doc, "width", im->w);

@@ -17,7 +17,7 @@
 #include <unistd.h>
 
 enum { LINE = 1 << 16 };
-enum { ASK_HELLO = 1, ASK_PREVIEW, ASK_LIST, ASK_WATCH, ASK_ORDER };
+enum { ASK_HELLO = 1, ASK_PREVIEW, ASK_LIST, ASK_WATCH, ASK_ORDER, ASK_START };
 
 static const double retry_s = 1, list_s = 0.5, look_s = 0.05;
 
@@ -99,6 +99,22 @@ void live_order(struct live *l, const char *method)
         ask(l, ASK_ORDER, method);
 }
 
+void live_start(struct live *l, const char *rig, const char *plan, const char *session)
+{
+    const struct {
+        const char *name, *path;
+    } files[] = {{"rig", rig}, {"plan", plan}, {"session", session}};
+    struct rpc_object *o = rpc_object();
+    for (int k = 0; k < 3; k++) {
+        char *path = endpoint_file(files[k].path);
+        rpc_put_text(o, files[k].name, path);
+        free(path);
+    }
+    say(l, rpc_request(ASK_START, "capture.start", o));
+    snprintf(l->status.last, sizeof l->status.last, "asked for a capture");
+    l->status.event++;
+}
+
 static void try_connect(struct live *l)
 {
     struct sockaddr_un a = {.sun_family = AF_UNIX};
@@ -126,11 +142,23 @@ static void try_connect(struct live *l)
     ask(l, ASK_PREVIEW, "preview.open");
 }
 
+static void take_state(struct live *l, const char *text)
+{
+    char state[sizeof l->status.state];
+    snprintf(state, sizeof state, "%.*s", (int)strcspn(text, "\""), text);
+    if (strcmp(state, l->status.state) != 0)
+        l->status.event++;
+    memcpy(l->status.state, state, sizeof state);
+}
+
 // The list that capture.list answers with is looked through as text: rpc.h reads flat values only.
 static void take_list(struct live *l, const char *line)
 {
     const char *at = strstr(line, "\"capture\":");
     const int64_t capture = at ? strtoll(at + strlen("\"capture\":"), NULL, 10) : 0;
+    const char *state = at ? strstr(line, "\"state\":\"") : NULL;
+    if (state && capture == l->status.capture)
+        take_state(l, state + strlen("\"state\":\""));
     if (capture == l->status.capture)
         return;
     l->status.capture = capture;
@@ -176,7 +204,8 @@ static void take_line(struct live *l, const char *line)
         snprintf(s->last, sizeof s->last, "%.200s", e.msg);
     } else if (!event && rpc_id(m) == ASK_HELLO) {
         s->pid = rpc_int(m, "pid", 0);
-    } else if (!event && rpc_id(m) == ASK_WATCH) {
+    } else if (!event && (rpc_id(m) == ASK_WATCH || rpc_id(m) == ASK_START)) {
+        s->capture = rpc_int(m, "capture", s->capture);
         copy_text(s->session, sizeof s->session, m, "session");
         copy_text(s->state, sizeof s->state, m, "state");
         s->done = (int)rpc_int(m, "done", 0);

@@ -37,3 +37,6 @@ const struct live_status *live_status(const struct live *l);
 bool live_take(struct live *l, struct live_frame *f);
 
 void live_order(struct live *l, const char *method); // "capture.pause" ... of the capture
+// Asks for a capture, which is this connection's: it is stopped when that closes. What comes of it
+// stands in the status.
+void live_start(struct live *l, const char *rig, const char *plan, const char *session);

@@ -11,13 +11,19 @@
 #include <string.h>
 
 struct args {
-    const char *size, *script, *tables, *environment, *connect, *font;
+    const char *size, *script, *tables, *environment, *connect, *font, *rig, *plan, *sessions;
     double scale;
 };
 
 static const struct opt opts[] = {
     {"connect", OPT_TEXT, offsetof(struct args, connect), "SOCKET|auto",
      .help = "show nacred's camera; auto: the socket that clients use"},
+    {"rig", OPT_FILE, offsetof(struct args, rig), "RIG", "rigs/sim.yaml",
+     "camera, lights and filters of captures begun here"},
+    {"plan", OPT_FILE, offsetof(struct args, plan), "PLAN", "rigs/plans/bracket.yaml",
+     "what they shoot; the shipped plans can be chosen too"},
+    {"sessions", OPT_FILE, offsetof(struct args, sessions), "DIR", ".",
+     "where they make their sessions"},
     {"scale", OPT_NUM, offsetof(struct args, scale), "S",
      .help = "pixels per point, 1 to 4 (default: as the screen says)"},
     {"size", OPT_TEXT, offsetof(struct args, size), "WxH", "1280x800", "of the window, in points"},
@@ -32,9 +38,29 @@ static const struct opt opts[] = {
     {0},
 };
 
-static bool loop(struct view *v, struct run *r, bool scripted, struct err *e)
+// A context that is lost takes all that was made in it, and a card that is reset again and again
+// is not worth waiting for.
+static bool renew(struct view *v, const char *font, int losses, struct err *e)
 {
-    while (!v->quit && !window_wants_close(v->window) && !(scripted && run_is_over(r))) {
+    enum { LOSSES_MOST = 5 };
+    view_lose(v);
+    gui_close();
+    if (losses > LOSSES_MOST)
+        return err_set(e, ERR_DEVICE,
+                       "OpenGL lost its context %d times; nacre render --backend cpu "
+                       "draws without it",
+                       losses);
+    return (window_renew(v->window, e) &&
+            (gui_open(window_scale(v->window), font) ||
+             err_set(e, ERR_DEVICE, "Dear ImGui cannot use this OpenGL")) &&
+            view_return(v, e)) ||
+           err_in(e, "OpenGL lost its context");
+}
+
+static bool loop(struct view *v, struct run *r, const struct args *a, bool *gui, struct err *e)
+{
+    int losses = 0;
+    while (!v->quit && !window_wants_close(v->window) && !(a->script && run_is_over(r))) {
         const double patience = v->stale ? 0 : fmin(view_patience(v), run_patience(r, v));
         struct event ev;
         window_wait(v->window, patience);
@@ -49,6 +75,9 @@ static bool loop(struct view *v, struct run *r, bool scripted, struct err *e)
             continue;
         view_draw(v);
         window_show(v->window);
+        struct err lost;
+        if (!gl_alive(&lost) && !(*gui = renew(v, a->font, ++losses, e)))
+            return false;
         if (v->turn_left && v->has_stage)
             view_turn_next(v);
     }
@@ -90,7 +119,10 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
         return err_set(e, ERR_DATA, "--scale %g: must be 1 to 4", a->scale);
     const struct view_options o = {
         .scene = {.tables = a->tables, .environment = a->environment, .exposure_ev = NAN},
-        .connect = a->connect};
+        .connect = a->connect,
+        .rig = a->rig,
+        .plan = a->plan,
+        .sessions = a->sessions};
     if ((a->script && !script_read(&script.script, a->script, e)) ||
         !window_open(&window, "nacre", w, h, isnan(a->scale) ? 0 : a->scale, e)) {
         script_finish(&script.script);
@@ -98,10 +130,10 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     }
     bool ok = gui_open(window_scale(window), a->font) ||
               err_set(e, ERR_DEVICE, "Dear ImGui cannot use this OpenGL");
-    const bool gui = ok;
+    bool gui = ok;
     ok = ok && view_open(&v, window, &o, e);
     if (ok)
-        ok = fill(&v, cli, e) && loop(&v, &script, a->script != NULL, e);
+        ok = fill(&v, cli, e) && loop(&v, &script, a, &gui, e);
     view_close(&v);
     if (gui)
         gui_close();

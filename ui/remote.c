@@ -6,7 +6,7 @@
 #include "acquire/stop.h"
 #include "core/mem.h"
 #include <errno.h>
-#include <limits.h>
+
 #include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,14 +27,6 @@ struct remote {
     size_t n;
 };
 
-// nacred has its own working folder. The last part may not exist yet.
-static char *absolute(const char *path)
-{
-    char cwd[PATH_MAX];
-    return path[0] == '/' || !getcwd(cwd, sizeof cwd) ? xstrdup(path)
-                                                      : xasprintf("%s/%s", cwd, path);
-}
-
 static bool say(struct remote *r, char *line, struct err *e) // takes line
 {
     const size_t n = strlen(line);
@@ -47,8 +39,8 @@ static bool say(struct remote *r, char *line, struct err *e) // takes line
 static bool ask_to_start(struct remote *r, struct err *e)
 {
     struct rpc_object *o = rpc_object();
-    char *rig = absolute(r->order->rig), *plan = absolute(r->order->plan);
-    char *session = absolute(r->order->session);
+    char *rig = endpoint_file(r->order->rig), *plan = endpoint_file(r->order->plan);
+    char *session = endpoint_file(r->order->session);
     rpc_put_text(o, "rig", rig);
     rpc_put_text(o, "plan", plan);
     rpc_put_text(o, "session", session);

@@ -41,7 +41,8 @@ void room_run(void *room)
     if (!copy_map(&env, r->map, &r->e))
         return;
     r->surround = xcalloc(1, sizeof *r->surround);
-    surround_init(r->surround, &env, exp2(r->ev), r->turn_rad);
+    if (!surround_init(r->surround, &env, exp2(r->ev), r->turn_rad, &r->e))
+        return;
     r->surround->shown = r->scene->surround->shown;
     struct scene copy = {.object = j->object,
                          .n_objects = r->scene->n_objects,

@@ -57,6 +57,13 @@ static const char fragment[] =
     "        return texelFetch(from, ivec2(clamp(q, vec2(0.0), size - 1.0)), 0).rgb;\n"
     "    return textureLod(from, q / size, max(0.0, -log2(zoom))).rgb;\n"
     "}\n"
+    // As display_dither() does for files.
+    "vec3 dither(vec3 c, vec2 p)\n"
+    "{\n"
+    "    p = floor(p);\n"
+    "    float y = fract(52.9829189 * fract(0.06711056 * p.x + 0.00583715 * p.y));\n"
+    "    return mix(c, c + (y - 0.5) / 255.0, vec3(greaterThan(c, vec3(0.0))));\n"
+    "}\n"
     "vec3 heat(float value)\n"
     "{\n"
     "    float x = value > 0.0 && peak > 0.0 ? 1.0 + log(value / peak) / log(10.0) / decades : "
@@ -83,7 +90,7 @@ static const char fragment[] =
     "    } else if (look == 1)\n"
     "        color.rgb = heat(luminance(a));\n"
     "    else\n"
-    "        color.rgb = encode(tone(a * exposure + offset));\n"
+    "        color.rgb = dither(encode(tone(a * exposure + offset)), p);\n"
     "    if (zebra == 1 && white > 0.0 && max(a.r, max(a.g, a.b)) >= white)\n"
     "        color.rgb = mod(p.x + p.y, 10.0) < 5.0 ? vec3(0.95, 0.1, 0.1) : vec3(0.1);\n"
     "}\n";

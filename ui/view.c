@@ -26,6 +26,7 @@ bool view_open(struct view *v, struct window *w, const struct view_options *o, s
     if (!gl_check(e) || !show_gl_open(&v->show, e))
         return false;
     v->loader = worker_new(window_wake);
+    capture_order_init(&v->capture, o->rig, o->plan, o->sessions);
     return source_open(&v->source, o->connect, e);
 }
 
@@ -45,6 +46,7 @@ void view_close(struct view *v)
 {
     worker_free(v->loader);
     source_close(&v->source);
+    capture_order_finish(&v->capture);
     drop_contents(v);
     show_gl_close(v->show);
     items_finish(&v->items);
@@ -86,6 +88,25 @@ static void load_next(struct view *v)
     else
         snprintf(v->trouble, sizeof v->trouble, "%s", e.msg);
     v->stale = true;
+}
+
+void view_lose(struct view *v)
+{
+    drop_contents(v);
+    show_gl_close(v->show);
+    v->show = NULL;
+    v->layout.n_panes = 0;
+}
+
+bool view_return(struct view *v, struct err *e)
+{
+    if (!gl_check(e) || !show_gl_open(&v->show, e))
+        return false;
+    if (v->wanted < 0)
+        v->wanted = v->at;
+    load_next(v);
+    view_say(v, "OpenGL lost its context; all was drawn anew");
+    return true;
 }
 
 void view_select(struct view *v, int item)

@@ -3,6 +3,7 @@
 // An event changes parameters or where the mouse is, and marks the view stale; a stale view is
 // drawn once. Nothing is drawn otherwise.
 #pragma once
+#include "ui/view_capture.h"
 #include "ui/view_inspect.h"
 #include "ui/view_item.h"
 #include "ui/view_keys.h"
@@ -17,7 +18,8 @@ extern const char *const pane_kind_name[];
 
 struct view_options {
     struct scene_options scene;
-    const char *connect; // socket of nacred; NULL: none, "auto": the usual one
+    const char *connect;               // socket of nacred; NULL: none, "auto": the usual one
+    const char *rig, *plan, *sessions; // of captures
 };
 
 struct mouse {
@@ -44,6 +46,7 @@ struct view {
     struct shown picture_shown, table_shown;
 
     struct source source;
+    struct capture_order capture;
     double table_ev; // exposure that suits the table
 
     struct layout layout;
@@ -70,10 +73,16 @@ struct view {
 bool view_open(struct view *v, struct window *w, const struct view_options *o, struct err *e);
 void view_close(struct view *v);
 
+// When the context was lost: forgets all that was made in it; then, in another one, shows the same
+// item anew, with its parameters.
+void view_lose(struct view *v);
+bool view_return(struct view *v, struct err *e);
+
 void view_select(struct view *v, int item); // 0, 1, ...; others are ignored
 bool view_add(struct view *v, const char *path, struct err *e);
 void view_event(struct view *v, const struct event *e);
 void view_act(struct view *v, enum action action, int which);
+void view_capture(struct view *v);          // begins one, or says why not
 void view_tick(struct view *v);             // what workers have finished
 double view_patience(const struct view *v); // seconds until view_tick() is due; INFINITY: never
 bool view_is_busy(struct view *v);          // something is being loaded or computed

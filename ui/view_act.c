@@ -75,8 +75,15 @@ static void act_anywhere(struct view *v, enum action a, int which)
     case ACTION_LIST_NEXT: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) + 1); break;
     case ACTION_LIST_PREVIOUS: view_select(v, (v->wanted >= 0 ? v->wanted : v->at) - 1); break;
     case ACTION_PLAY:
-        if (v->source.on)
+        if (v->source.on && v->source.is_live && live_status(v->source.live)->capture)
+            capture_hold(v->source.live);
+        else if (v->source.on)
             source_play(v);
+        break;
+    case ACTION_CAPTURE: view_capture(v); break;
+    case ACTION_ABORT:
+        if (v->source.live)
+            live_order(v->source.live, "capture.abort");
         break;
     case ACTION_PANELS: v->panels = !v->panels; break;
     case ACTION_HELP: v->help = !v->help; break;
@@ -131,6 +138,17 @@ static void act_on_item(struct view *v, enum action a)
     case ACTION_TURNTABLE: view_turntable(v, 72, "turntable"); break;
     default: break;
     }
+}
+
+void view_capture(struct view *v)
+{
+    struct live *l = v->source.live;
+    if (!l || !live_status(l)->connected)
+        view_say(v, "a capture needs nacred: nacre-view --connect auto, and nacred");
+    else if (live_status(l)->capture)
+        view_say(v, "a capture is running already");
+    else
+        capture_begin(&v->capture, l);
 }
 
 void view_act(struct view *v, enum action a, int which)

@@ -160,13 +160,17 @@ static void frame_list(struct view *v)
 static void live_buttons(struct view *v)
 {
     struct live *l = v->source.live;
-    if (!live_status(l)->capture)
+    const struct live_status *s = live_status(l);
+    if (!s->connected)
         return;
-    if (gui_press("pause"))
-        live_order(l, "capture.pause");
-    gui_beside();
-    if (gui_press("continue"))
-        live_order(l, "capture.continue");
+    if (!s->capture) {
+        gui_choice("plan", v->capture.names, &v->capture.at);
+        if (gui_press("capture"))
+            view_capture(v);
+        return;
+    }
+    if (gui_press(strcmp(s->state, "paused") ? "pause" : "continue"))
+        capture_hold(l);
     gui_beside();
     if (gui_press("stop"))
         live_order(l, "capture.abort");

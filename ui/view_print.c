@@ -84,7 +84,8 @@ static void say_live(const struct source *s, fact_call *fact)
     else
         say(fact, "nacred", "process %lld", (long long)l->pid);
     if (l->capture)
-        say(fact, "capture", "%d of %d frames", l->done, l->planned);
+        say(fact, "capture", "%s, %d of %d frames", *l->state ? l->state : "running", l->done,
+            l->planned);
     else if (l->connected)
         fact("capture", "none is running");
     if (*l->last)

@@ -88,6 +88,7 @@ static bool do_step(struct run *r, struct view *v, const struct script_step *s, 
     case SCRIPT_SAVE: return view_save(v, s->text, e);
     case SCRIPT_TURNTABLE: view_turntable(v, (int)s->num[0], s->text); return true;
     case SCRIPT_MEASURE: v->stale = true; return !v->has_stage || stage_measure(&v->stage, e);
+    case SCRIPT_LOSE: v->stale = gl_lost = true; return true;
     case SCRIPT_PRINT: view_print(v); return true;
     case SCRIPT_QUIT: v->quit = true; return true;
     }

@@ -32,6 +32,7 @@ static const struct verb {
     {"save", "save FILE", SCRIPT_SAVE, 0, .text = true},
     {"turntable", "turntable COUNT FOLDER", SCRIPT_TURNTABLE, 1, .text = true},
     {"measure", "measure", SCRIPT_MEASURE, 0},
+    {"lose", "lose", SCRIPT_LOSE, 0},
     {"print", "print", SCRIPT_PRINT, 0},
     {"quit", "quit", SCRIPT_QUIT, 0},
 };

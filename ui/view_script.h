@@ -20,6 +20,7 @@ enum script_verb {
     SCRIPT_SAVE,       // save FILE.exr
     SCRIPT_TURNTABLE,  // turntable COUNT FOLDER
     SCRIPT_MEASURE,    // measure                  what skipping saves
+    SCRIPT_LOSE,       // lose                     OpenGL's context, as a reset of the card does
     SCRIPT_PRINT,      // print                    what the window says, on stdout
     SCRIPT_QUIT,       // quit
 };

@@ -52,8 +52,10 @@ bool view_save(struct view *v, const char *path, struct err *e)
                              : err_set(e, ERR_DATA, "there is no picture to save");
     if (!stage_read(&v->stage, &im, e))
         return false;
-    if (!strcmp(ext, ".png") || !strcmp(ext, ".jpg"))
+    if (!strcmp(ext, ".png") || !strcmp(ext, ".jpg")) {
         display_map(&im, v->params->v[PARAM_EXPOSURE]);
+        display_dither(&im);
+    }
     meta_set_text(&im.meta, "nacre.version", NACRE_VERSION);
     meta_set_text(&im.meta, "nacre.command", "nacre-view");
     meta_set_num(&im.meta, "nacre.exposure_ev", v->params->v[PARAM_EXPOSURE]);

@@ -93,6 +93,7 @@ bool stage_take_table(struct stage *st, struct table *t, struct err *e)
     material_take_table(m, t, NAN);
     image_finish(&st->scene.object[0].seen);
     st->scene.object[0].seen = (struct image){0};
+    lobes_finish(&st->scene.object[0].lobes[DIFFRACTION_TABLE]);
     st->is_drawn = false;
     st->auto_exposure_ev = NAN;
     return scene_prefilter(&st->scene, e) && gl_renderer_surround(st->renderer, &st->scene, e) &&

@@ -166,27 +166,56 @@ static double scale_of_screen(void)
     return fmax(1, fmin(4, (double)x));
 }
 
+// Its context is current. It is lost when the card is reset (render/gl.h), if the driver tells
+// that.
+static GLFWwindow *make(const char *title, int w, int h)
+{
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    GLFWwindow *g = NULL;
+    for (int told = 1; told >= 0 && !g; told--) {
+        glfwWindowHint(GLFW_CONTEXT_ROBUSTNESS,
+                       told ? GLFW_LOSE_CONTEXT_ON_RESET : GLFW_NO_ROBUSTNESS);
+        g = glfwCreateWindow(w, h, title, NULL, NULL);
+    }
+    if (!g)
+        return NULL;
+    glfwMakeContextCurrent(g);
+    glfwSwapInterval(1);
+    return g;
+}
+
 bool window_open(struct window **out, const char *title, int width, int height, double scale,
                  struct err *e)
 {
     if (!glfwInit())
         return fail(e, "no display to open a window on");
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
-    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
-    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
-    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
     const double s = scale > 0 ? scale : scale_of_screen();
-    GLFWwindow *g =
-        glfwCreateWindow((int)lround(width * s), (int)lround(height * s), title, NULL, NULL);
+    GLFWwindow *g = make(title, (int)lround(width * s), (int)lround(height * s));
     if (!g)
         return fail(e, "no window with OpenGL 3.3");
     struct window *w = xcalloc(1, sizeof *w);
     *w = (struct window){.glfw = g, .scale = s, .dirty = true};
     glfwSetWindowUserPointer(g, w);
-    glfwMakeContextCurrent(g);
-    glfwSwapInterval(1);
     listen(g);
     *out = w;
+    return true;
+}
+
+bool window_renew(struct window *w, struct err *e)
+{
+    int width, height;
+    glfwGetWindowSize(w->glfw, &width, &height);
+    GLFWwindow *g = make("nacre", width, height);
+    if (!g)
+        return err_set(e, ERR_DEVICE, "no other window with OpenGL 3.3");
+    glfwDestroyWindow(w->glfw);
+    w->glfw = g;
+    w->dirty = true;
+    glfwSetWindowUserPointer(g, w);
+    listen(g);
     return true;
 }
 

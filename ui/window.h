@@ -13,6 +13,9 @@ bool window_open(struct window **w, const char *title, int width, int height, do
                  struct err *e);
 void window_close(struct window *w); // accepts NULL
 
+// Another window with a context of its own in the place of this one, whose context was lost.
+bool window_renew(struct window *w, struct err *e);
+
 double window_scale(const struct window *w);
 void window_size(const struct window *w, int *width, int *height); // pixels
 void window_resize(struct window *w, int width, int height);       // points

@@ -29,6 +29,13 @@ uniform bool over_w2;
 #if CURVES
 uniform sampler2D curves; // row m: the weight of table m at equal steps over w_range
 uniform vec2 w_range;
+
+float curve(int m, float w)
+{
+    vec2 n = vec2(textureSize(curves, 0));
+    float at = clamp((w - w_range.x) / (w_range.y - w_range.x), 0.0, 1.0) * (n.x - 1.0);
+    return texture(curves, (vec2(at, float(m)) + 0.5) / n).r;
+}
 #endif
 
 // Linear between nodes, in the nodes' own coordinate: u = R sgn(s) |s|^p.
@@ -42,13 +49,9 @@ vec3 pattern(vec3 h)
 #endif
     vec2 at = ((sign(h.xy) * s * 0.5 + 0.5) * (nodes - 1.0) + 0.5) / nodes;
 #if CURVES
-    vec2 n = vec2(textureSize(curves, 0));
-    float w = clamp((h.z - w_range.x) / (w_range.y - w_range.x), 0.0, 1.0);
-    float column = (w * (n.x - 1.0) + 0.5) / n.x;
     vec3 sum = vec3(0.0);
     for (int m = 0; m < tables; m++)
-        sum += texture(curves, vec2(column, (float(m) + 0.5) / n.y)).r *
-               texture(table, vec3(at, float(m))).rgb;
+        sum += curve(m, h.z) * texture(table, vec3(at, float(m))).rgb;
 #else
     vec3 sum = texture(table, vec3(at, 0.0)).rgb;
 #endif
