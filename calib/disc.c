@@ -237,13 +237,13 @@ bool disc_find(struct disc *out, const float *px, int w, int h, struct err *e)
     return true;
 }
 
-bool disc_light_fit(struct disc_light *out, const struct disc *d, const float *px, int w, int h,
-                    struct err *e)
+bool disc_light_fit(struct disc_light *out, const struct disc *d, const float *px,
+                    const float *pattern, int w, int h, struct err *e)
 {
     struct disc_light l = {.disc = *d};
     struct normal s;
     int at[POLY_TERMS];
-    double m[POLY_TERMS], sum = 0;
+    double m[POLY_TERMS], all[POLY_TERMS] = {0}, sum = 0;
     long n = 0;
     for (int k = 0; k < POLY_TERMS; k++)
         at[k] = k;
@@ -253,14 +253,19 @@ bool disc_light_fit(struct disc_light *out, const struct disc *d, const float *p
             const double x = (i - d->cx_px) / d->radius_px, y = (j - d->cy_px) / d->radius_px;
             if (x * x + y * y > 0.97 * 0.97)
                 continue;
-            const double v = (double)px[(size_t)j * (size_t)w + (size_t)i];
+            const size_t here = (size_t)j * (size_t)w + (size_t)i;
             poly_terms(x, y, m);
-            normal_add(&s, POLY_TERMS, at, m, v, 1);
-            sum += v;
+            for (int k = 0; k < POLY_TERMS; k++) {
+                all[k] += m[k];
+                m[k] *= pattern ? (double)pattern[here] : 1;
+            }
+            normal_add(&s, POLY_TERMS, at, m, (double)px[here], 1);
             n++;
         }
     const bool ok = n > 0 && normal_solve(&s, l.term, NULL, e);
     normal_finish(&s);
+    for (int k = 0; k < POLY_TERMS; k++)
+        sum += l.term[k] * all[k];
     if (!ok || !(sum > 0))
         return err_set(e, ERR_DATA, "the disc's light cannot be fitted: it is dark");
     l.level = sum / (double)n;

@@ -22,8 +22,10 @@ struct disc_light {
     double mean;             // of the disc over that level
     double term[POLY_TERMS]; // x and y in radii
 };
-bool disc_light_fit(struct disc_light *l, const struct disc *d, const float *px, int w, int h,
-                    struct err *e);
+// `pattern`, the sample's own brightness [h][w] of mean 1, is what the light falls on; NULL: even.
+// Patterns that repeat a few times over the disc would else be taken for light in part.
+bool disc_light_fit(struct disc_light *l, const struct disc *d, const float *px,
+                    const float *pattern, int w, int h, struct err *e);
 double disc_light_at(const struct disc_light *l, double i, double j); // samples of even reflectance
 
 // Makes another level 1: that of a calibration, so that brightness compares with it.

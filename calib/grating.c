@@ -135,6 +135,11 @@ static void refine(const struct disc *d, const float *flat, int w, int h, int qu
     }
 }
 
+void grating_climb(const struct disc *d, const float *flat, int w, int h, double *kx, double *ky)
+{
+    refine(d, flat, w, h, -1, kx, ky);
+}
+
 // Sums of the pixels by phase, for both halves of the checkerboard.
 struct fold {
     double n[2][BINS], sum[2][BINS], phase[2][BINS], square;

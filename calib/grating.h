@@ -22,6 +22,9 @@ struct grating {
 bool grating_find(struct grating *g, const struct disc *d, const float *flat, int w, int h,
                   struct err *e);
 
+// Takes a wave vector near a peak of the disc's spectrum to its top.
+void grating_climb(const struct disc *d, const float *flat, int w, int h, double *kx, double *ky);
+
 // The profile alone, along g->kx, g->ky: fills harmonics, f, half and noise.
 bool grating_measure(struct grating *g, const struct disc *d, const float *flat, int w, int h,
                      struct err *e);

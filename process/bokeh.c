@@ -2,7 +2,7 @@
 #define _GNU_SOURCE
 #include "process/bokeh.h"
 #include "core/mem.h"
-#include "process/bokeh_lines.h"
+#include "process/bokeh_fold.h"
 #include "process/bspline.h"
 #include "process/deconvolve.h"
 #include "process/level.h"
@@ -12,43 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double GREEN_M = 520e-9; // the wavelength of T17's 343 lp/mm at f/5.6
-
-static const double UNEXPLAINED =
-    0.05; // variance that lines may leave to be taken for all there is
-
-// A part of the picture round the disc, flat: 1 is the level of the calibration.
-struct flat {
-    int w, h;
-    int left, top; // of the picture
-    float *px;     // [h][w], owned
-};
-
-static bool flat_init(struct flat *f, const float *px, int w, int h, const struct disc *d,
-                      double level, double margin_px, struct err *e)
-{
-    struct disc_light light;
-    float *whole = sample_alloc((size_t)w * (size_t)h, sizeof *whole, "picture", e);
-    if (!whole || !disc_light_fit(&light, d, px, w, h, e)) {
-        free(whole);
-        return false;
-    }
-    if (level > 0)
-        disc_light_relate(&light, level);
-    disc_flatten(&light, px, w, h, whole);
-    const int reach = (int)ceil(d->radius_px + margin_px);
-    const int left = (int)fmax(0, floor(d->cx_px) - reach),
-              top = (int)fmax(0, floor(d->cy_px) - reach);
-    const int right = (int)fmin(w, ceil(d->cx_px) + reach + 1),
-              bottom = (int)fmin(h, ceil(d->cy_px) + reach + 1);
-    *f = (struct flat){.w = right - left, .h = bottom - top, .left = left, .top = top};
-    f->px = sample_alloc((size_t)f->w * (size_t)f->h, sizeof *f->px, "picture", e);
-    for (int j = 0; f->px && j < f->h; j++)
-        memcpy(f->px + (size_t)j * (size_t)f->w, whole + (size_t)(top + j) * (size_t)w + left,
-               (size_t)f->w * sizeof *whole);
-    free(whole);
-    return f->px != NULL;
-}
+static const double GREEN_M = 520e-9;   // the wavelength of T17's 343 lp/mm at f/5.6
+static const double UNEXPLAINED = 0.05; // variance that averaging along lines may leave
 
 static bool sharpen(struct flat *f, const struct bokeh_record *rec, int *iterations, struct err *e)
 {
@@ -82,11 +47,12 @@ static void picture_from_sample(double turn, double x, double y, double *i, doub
 }
 
 // The largest square inside 0.97 of the disc, less what the deconvolution spoils at the rim; turned
-// back. A turn by quarters takes samples as they are, about the pixel nearest to the centre. With
-// lines, samples are theirs.
-static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_record *rec,
-                       const struct lines *lines, struct hfield *out, struct err *e)
+// back. A turn by quarters takes samples as they are, about the pixel nearest to the centre. Of a
+// folded picture samples are the fold's.
+static bool cut_square(struct flat *f, const struct bokeh_record *rec, const struct fold *fold,
+                       struct hfield *out, struct err *e)
 {
+    const struct disc *d = &f->disc;
     const double reach = 0.97 * d->radius_px - 3 * rec->sigma_px;
     const int half = (int)floor(reach / M_SQRT2), n = 2 * half + 1;
     if (half < 16)
@@ -99,11 +65,11 @@ static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_
     const double quarters = rec->turn_rad / (M_PI / 2);
     const bool exact = fabs(quarters - round(quarters)) < 1e-6; // records have 9 digits
     const double turn = exact ? round(quarters) * (M_PI / 2) : rec->turn_rad;
-    double cx = d->cx_px - f->left, cy = d->cy_px - f->top;
+    double cx = d->cx_px, cy = d->cy_px;
     if (exact) {
         cx = round(cx);
         cy = round(cy);
-    } else if (!lines) {
+    } else if (!fold->kind) {
         bspline_fit_image(f->px, f->w, f->h, BSPLINE_CUBIC);
     }
 #pragma omp parallel for schedule(static)
@@ -112,7 +78,7 @@ static bool cut_square(struct flat *f, const struct disc *d, const struct bokeh_
             double i, j;
             picture_from_sample(turn, x, y, &i, &j);
             const double v =
-                lines ? lines_at(lines, cx + i, cy + j)
+                fold->kind ? fold_at(fold, cx + i, cy + j)
                 : exact
                     ? (double)f->px[(size_t)lround(cy + j) * (size_t)f->w + (size_t)lround(cx + i)]
                     : bspline_at(f->px, f->w, f->h, cx + i, cy + j);
@@ -191,21 +157,26 @@ static bool average_lines(struct hfield *hf, double direction_rad, double most, 
     return ok;
 }
 
-static bool finish(struct hfield *hf, const struct bokeh_options *opt, bool folded,
-                   const struct image *im, struct bokeh_result *res, struct err *e)
+static bool finish(struct hfield *hf, const struct bokeh_options *opt, const struct fold *fold,
+                   const struct bokeh_record *rec, const struct image *im, struct bokeh_result *res,
+                   struct err *e)
 {
     if (opt->level && !hfield_level(hf, LEVEL_PLANE, e))
         return false;
     res->n_periods = hfield_periods(hf, res->period, e);
     if (res->n_periods < 0)
         return false;
-    res->averaged = folded;
-    if (!folded && res->n_periods && opt->lines != BOKEH_2D) { // lines without a second harmonic
+    res->fold = fold->kind;
+    for (int k = 0; fold->kind && k < res->n_periods; k++)
+        fold_snap(fold, rec->turn_rad, rec->m_per_px, &res->period[k]);
+    if (!fold->kind && res->n_periods && opt->lines != BOKEH_2D) { // no second harmonic
+        bool averaged;
         const int k =
             res->n_periods == 2 && res->period[1].amplitude_m > res->period[0].amplitude_m;
         if (!average_lines(hf, res->period[k].direction_rad,
-                           opt->lines == BOKEH_1D ? INFINITY : UNEXPLAINED, &res->averaged, e))
+                           opt->lines == BOKEH_1D ? INFINITY : UNEXPLAINED, &averaged, e))
             return false;
+        res->fold = averaged ? FOLD_LINES : FOLD_NONE;
     }
     double f_number = 5.6;
     meta_num(&im->meta, "aperture", &f_number);
@@ -221,14 +192,13 @@ static bool finish(struct hfield *hf, const struct bokeh_options *opt, bool fold
     return true;
 }
 
-// Whether the disc is taken for lines: told so, or because they explain nearly all of it.
-static bool take_lines(struct lines *l, const struct flat *f, const struct disc *d,
-                       const struct bokeh_record *rec, const struct bokeh_options *opt)
+// Folds the disc when told so, or when that explains nearly all of it; else it stays a picture.
+static bool take_fold(struct fold *fold, struct flat *f, const struct bokeh_record *rec,
+                      const struct bokeh_options *opt, struct err *e)
 {
-    const struct disc at = {d->cx_px - f->left, d->cy_px - f->top, d->radius_px, d->residual_px};
-    struct err none;
-    return opt->lines != BOKEH_2D && lines_find(l, &at, f->px, f->w, f->h, rec->sigma_px, &none) &&
-           (opt->lines == BOKEH_1D || l->unexplained < UNEXPLAINED);
+    if (opt->lines != BOKEH_2D && fold_lines(fold, f, rec->sigma_px, opt->lines == BOKEH_1D))
+        return true;
+    return !opt->lattice || fold_lattice(fold, f, rec->sigma_px, e);
 }
 
 bool bokeh_height(const struct image *im, const struct bokeh_record *record,
@@ -255,21 +225,18 @@ bool bokeh_height(const struct image *im, const struct bokeh_record *record,
             res->score[k] = score(other.px, other.w, other.h, &res->disc);
         image_finish(&other);
     }
-    struct lines lines;
-    bool folded = false;
+    struct fold fold = {0};
     ok = ok && flat_init(&f, one.px, one.w, one.h, &res->disc, bokeh_record_level(rec, im),
                          6 * rec->sigma_px, e);
-    if (ok) {
-        folded = take_lines(&lines, &f, &res->disc, rec, opt);
-        ok = (folded || sharpen(&f, rec, &res->iterations, e)) &&
-             cut_square(&f, &res->disc, rec, folded ? &lines : NULL, &hf, e) &&
-             finish(&hf, opt, folded, im, res, e);
-    }
+    ok = ok && take_fold(&fold, &f, rec, opt, e) &&
+         (fold.kind || sharpen(&f, rec, &res->iterations, e)) &&
+         cut_square(&f, rec, &fold, &hf, e) && finish(&hf, opt, &fold, rec, im, res, e);
     if (ok)
         *out = hf;
     else
         hfield_finish(&hf);
-    free(f.px);
+    fold_finish(&fold);
+    flat_finish(&f);
     image_finish(&one);
     return ok;
 }

@@ -8,7 +8,7 @@
 #include "calib/bokeh_record.h"
 #include "calib/disc.h"
 #include "core/hfield.h"
-#include "process/periods.h"
+#include "process/bokeh_fold.h"
 
 struct bokeh_options {
     const char *channel; // "R", "G", "B", "Y"; NULL: the record's
@@ -18,6 +18,7 @@ struct bokeh_options {
         BOKEH_1D,
         BOKEH_1D_IF_LINES
     } lines;         // average along the lines of a grating or CD
+    bool lattice;    // fold a picture that repeats in two directions into one cell
     double f_number; // of the lens; NAN: the picture's aperture, else 5.6
 };
 
@@ -26,7 +27,7 @@ struct bokeh_result {
     struct disc disc;
     double score[3]; // contrast over noise of R, G, B in the disc; one channel: [0] only
     int iterations;  // of Richardson-Lucy
-    bool averaged;   // along lines
+    enum fold_kind fold;
     int n_periods;
     struct period period[2];
     double sd_m; // standard deviation of the heights

@@ -1,8 +1,9 @@
 // bokeh.h - the out-of-focus highlight with the sample's structure inside it (T17 section 5).
 //
-// A disc, the image of the aperture, in which dark is deep: intensity = floor + (1 - floor) *
-// (height - lowest) / span, or the reflectance of a sample without heights; shaded towards the rim,
-// blurred per channel (blue sharpest), the sample turned counter-clockwise on the sensor.
+// A disc, the image of the aperture, in which dark is deep: intensity falls from 1 at the highest
+// place to floor at `relief` under it, or is the reflectance of a sample without heights; a pixel
+// takes the mean over its area; shaded towards the rim, blurred per channel (blue sharpest), the
+// sample turned counter-clockwise on the sensor.
 #pragma once
 #include "core/image.h"
 #include "sim/sample.h"
@@ -15,7 +16,8 @@ struct sim_bokeh {
     double turn_rad;    // counter-clockwise
     double sigma_px[3]; // blur of red, green, blue
     double level[3];    // brightness of the channels at full height
-    double floor;       // intensity of the lowest height, 0 to 1
+    double relief_m;    // the sample's own where that is more
+    double floor;       // intensity at its bottom, 0 to 1
     double shade;       // 1 - shade at the rim, with the square of the radius
 };
 

@@ -84,7 +84,7 @@ TEST(the_sample_comes_back_turned_and_scaled)
         if (!bokeh_height(&im, &rec, &opt, &hf, &r, &e))
             fail_msg("%s", e.msg);
         assert_int_equal(r.n_periods, m->lines ? 1 : 2);
-        assert_int_equal(r.averaged, m->lines);
+        assert_int_equal(r.fold, m->lines ? FOLD_LINES : FOLD_NONE);
         for (int p = 0; p < r.n_periods; p++) {
             assert_near(r.period[p].period_m / m->pitch_m[p], 1, 2e-3);
             const double expected = m->direction_rad + p * M_PI / 2;

@@ -49,7 +49,7 @@ TEST(flattening_leaves_the_lines_and_takes_the_light)
     struct err e;
     paint(px, 180.3, 149.6, 110.4, 0.4);
     assert_true(disc_find(&d, px, W, H, &e));
-    assert_true(disc_light_fit(&l, &d, px, W, H, &e));
+    assert_true(disc_light_fit(&l, &d, px, NULL, W, H, &e));
     disc_flatten(&l, px, W, H, px);
     for (int j = 60; j < 240; j += 7) // against the lines over their own mean
         for (int i = 120; i < 240; i += 7) {

@@ -42,7 +42,8 @@ bool bokeh_heights(struct hfield *hf, const char *source, const char *record, co
     struct bokeh_record rec;
     struct image im = {0};
     struct bokeh_result result;
-    const struct bokeh_options opt = {.level = true, .lines = BOKEH_1D_IF_LINES, .f_number = NAN};
+    const struct bokeh_options opt = {
+        .level = true, .lines = BOKEH_1D_IF_LINES, .lattice = true, .f_number = NAN};
     bool ok =
         bokeh_record_read(&rec, record, e) &&
         (is_folder(source) ? merge(&im, source, scratch, e)

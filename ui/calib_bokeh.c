@@ -50,7 +50,7 @@ static bool measure(struct work *w, struct err *e)
     struct disc d;
     const int width = w->one.w, height = w->one.h;
     if (!disc_find(&d, w->one.px, width, height, e) ||
-        !disc_light_fit(&w->light, &d, w->one.px, width, height, e) ||
+        !disc_light_fit(&w->light, &d, w->one.px, NULL, width, height, e) ||
         !(w->flat = sample_alloc((size_t)width * (size_t)height, sizeof(float), "picture", e)))
         return false;
     disc_flatten(&w->light, w->one.px, width, height, w->flat);

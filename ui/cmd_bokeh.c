@@ -10,7 +10,7 @@
 #include <string.h>
 
 struct args {
-    const char *calibration, *channel, *lines, *out;
+    const char *calibration, *channel, *lines, *lattice, *out;
     double f_number;
     bool keep_tilt;
 };
@@ -23,6 +23,9 @@ static const struct opt opts[] = {
     {"lines", OPT_CHOICE, offsetof(struct args, lines), "no|yes|auto", "auto",
      "fold the lines of a grating or CD into one sharp profile; auto: where straight lines explain "
      "95 % of the picture"},
+    {"lattice", OPT_CHOICE, offsetof(struct args, lattice), "no|auto", "auto",
+     "fold what repeats in two directions into one sharp cell; auto: where a lattice explains 99 % "
+     "of the picture"},
     {"f-number", OPT_NUM, offsetof(struct args, f_number), "N", NULL,
      "of the lens, for the cut-off in the file (default: the picture's, else 5.6)"},
     {"keep-tilt", OPT_FLAG, offsetof(struct args, keep_tilt),
@@ -39,7 +42,8 @@ static void report(const struct bokeh_result *r, const struct hfield *hf, struct
         doc_nums(d, "channel_scores_rgb", r->score, 3);
     doc_nums(d, "disc_px", (double[]){r->disc.cx_px, r->disc.cy_px, r->disc.radius_px}, 3);
     doc_int(d, "iterations", r->iterations);
-    doc_bool(d, "averaged_along_lines", r->averaged);
+    doc_bool(d, "averaged_along_lines", r->fold == FOLD_LINES);
+    doc_text(d, "folded", (const char *[]){"no", "lines", "lattice"}[r->fold]);
     doc_int(d, "nx", hf->nx);
     doc_int(d, "ny", hf->ny);
     doc_num(d, "pixel_m", hf->dx_m);
@@ -60,7 +64,9 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
 {
     const struct args *args = args_;
     static const char *const names[] = {"R", "G", "B"};
-    struct bokeh_options opt = {.level = !args->keep_tilt, .f_number = args->f_number};
+    struct bokeh_options opt = {.level = !args->keep_tilt,
+                                .lattice = !strcmp(args->lattice, "auto"),
+                                .f_number = args->f_number};
     if (strcmp(args->channel, "record"))
         opt.channel = names[strchr("rgb", args->channel[0]) - "rgb"];
     opt.lines = !strcmp(args->lines, "no")    ? BOKEH_2D

@@ -28,8 +28,8 @@ static bool photograph(struct image *im, const char *sample, double blur_px, str
     struct yaml *y;
     struct sample s = {0};
     struct sim_bokeh b;
-    char *text =
-        xasprintf("%sbokeh: {pixel: 77nm, turn: 0deg, blur-blue: %gpx}\n", sample, blur_px);
+    char *text = xasprintf(
+        "%sbokeh: {pixel: 77nm, turn: 0deg, relief: 384.78nm, blur-blue: %gpx}\n", sample, blur_px);
     struct ynode *map = NULL;
     bool ok = yaml_open_text(&y, "bench", text, e);
     if (ok) {
@@ -77,13 +77,18 @@ static bool simulated(struct bench_report *r, struct err *e)
     static const struct {
         const char *name, *sample;
         int lines;
-    } cases[] = {{"blazed, folded", blazed, BOKEH_1D_IF_LINES},
-                 {"blazed, as a picture", blazed, BOKEH_2D},
-                 {"phone", phone, BOKEH_1D_IF_LINES}};
+        bool lattice;
+    } cases[] = {{"blazed, folded", blazed, BOKEH_1D_IF_LINES, true},
+                 {"blazed, as a picture", blazed, BOKEH_2D, false},
+                 {"phone, folded", phone, BOKEH_1D_IF_LINES, true},
+                 {"phone, as a picture", phone, BOKEH_1D_IF_LINES, false}};
     bool ok = true;
-    for (int c = 0; ok && c < 3; c++) {
+    for (int c = 0; ok && c < 4; c++) {
         struct image sharp = {0};
-        struct job b = {.opt = {.lines = cases[c].lines, .level = true, .f_number = NAN}};
+        struct job b = {.opt = {.lines = cases[c].lines,
+                                .lattice = cases[c].lattice,
+                                .level = true,
+                                .f_number = NAN}};
         b.record = (struct bokeh_record){.channel = "B",
                                          .m_per_px = 77e-9,
                                          .sigma_px = 1.9,
@@ -115,7 +120,7 @@ static bool simulated(struct bench_report *r, struct err *e)
 static bool reference(struct bench_report *r, struct err *e)
 {
     const char *path = bench_shared("reference/bokeh/sample.png");
-    struct job b = {.opt = {.level = true, .f_number = NAN}};
+    struct job b = {.opt = {.lattice = true, .level = true, .f_number = NAN}};
     struct bench_time t;
     if (!path) {
         bench_note(r, "no reference photograph: not compared");
