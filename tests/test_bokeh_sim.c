@@ -229,8 +229,8 @@ TEST(what_is_no_bokeh_photograph_is_refused_with_its_numbers)
         {"cut", phone, "center-x: 200px, center-y: 350px, radius: 300px", "cut by the frame"},
         {"small", phone, "center-x: 371px, center-y: 350px, radius: 12px", "disc"},
         {"fine", "kind: blazed, lines: 3000/mm, blaze: 13deg, r0: 0.9", middle,
-         "finer ones are lost in the optics"},
-        {"limit", "kind: blazed, lines: 2200/mm, blaze: 13deg, r0: 0.9", middle,
+         "finer ones than the optics show"},
+        {"limit", "kind: blazed, lines: 2100/mm, blaze: 24deg, r0: 0.9", middle,
          "at the limit of the optics: their second harmonic is"},
     };
     char line[200];
