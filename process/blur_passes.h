@@ -1,5 +1,5 @@
-// blur_passes.h - the inner loops of the direct blurs: sums with the taps k[0 .. 2 radius], radius
-// at least 1.
+// blur_passes.h - the inner loops of the direct blurs: sums with the taps k[0 .. 2 radius], which
+// are symmetric, radius at least 1; each with the widest vectors that the machine has.
 #pragma once
 #include <stddef.h>
 
@@ -13,7 +13,7 @@ enum {
 void row_pass(const float *in, float *out, size_t n, const float *k, int radius);
 
 // out[q][i] = sum over m of k[m] row[q + m][i], q = 0 .. BLUR_ROWS - 1, rows of `out` `stride`
-// apart; n is rounded up to two vectors.
+// apart; n is rounded up to a vector.
 void column_pass(const float *const *row, float *out, size_t stride, size_t n, const float *k,
                  int radius);
 
