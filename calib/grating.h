@@ -46,6 +46,10 @@ bool grating_fit_blaze(const struct grating *g, struct blaze *b, struct err *e);
 // noise.
 void grating_sharpen(const struct grating *g, double sigma_px, double out[GRATING_SAMPLES]);
 
+// Its mean over `box` of a period, below a half, in place of every sample.
+void grating_widen(double profile[GRATING_SAMPLES], double box);
+
 // h = gain (I - offset) by least squares (T17 eq. 27), heights 0..height; rmse relative to height.
+// The profile's samples are means over `box` of a period: a pixel's are |k|.
 void grating_affine(const double profile[GRATING_SAMPLES], const struct blaze *b, double height,
-                    double *gain, double *offset, double *rmse);
+                    double box, double *gain, double *offset, double *rmse);

@@ -189,12 +189,41 @@ void grating_sharpen(const struct grating *g, double sigma_px, double out[GRATIN
     solve(g, sigma_px, exp(lo), out);
 }
 
+// Mean of t over t - box / 2 .. t + box / 2, t the phase behind the jump at 0.
+static double saw_mean(double t, double box)
+{
+    const double over = fmax(t + 0.5 * box - 1, 0.5 * box - t); // what lies beyond the jump
+    if (!(over > 0))
+        return t;
+    return t + (t > 0.5 ? -1 : 1) * over / box;
+}
+
+void grating_widen(double profile[GRATING_SAMPLES], double box)
+{
+    double sum[2 * N + 1] = {0}, out[N]; // the integral from sample -1/2 on, over two periods
+    for (int k = 0; k < 2 * N; k++)
+        sum[k + 1] = sum[k] + profile[k % N];
+    for (int k = 0; k < N; k++) {
+        const double half = 0.5 * fmax(1, box * N), from = k + 0.5 - half + N / 2,
+                     to = from + 2 * half;
+        double at[2];
+        for (int q = 0; q < 2; q++) {
+            const double x = q ? to : from;
+            const int i = (int)x;
+            at[q] = sum[i] + (x - i) * (sum[i + 1] - sum[i]);
+        }
+        out[(k + N / 2) % N] = (at[1] - at[0]) / (2 * half);
+    }
+    memcpy(profile, out, sizeof out);
+}
+
 void grating_affine(const double profile[GRATING_SAMPLES], const struct blaze *b, double height,
-                    double *gain, double *offset, double *rmse)
+                    double box, double *gain, double *offset, double *rmse)
 {
     double si = 0, sh = 0, ii = 0, ih = 0, hh = 0;
     for (int k = 0; k < N; k++) {
-        const double phase = (double)k / N - b->jump, t = phase - floor(phase);
+        const double phase = (double)k / N - b->jump,
+                     t = saw_mean(phase - floor(phase), fmax(box, 1.0 / N));
         const double h = height * (b->rises > 0 ? t : 1 - t), i = profile[k];
         si += i / N;
         sh += h / N;

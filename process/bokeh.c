@@ -7,6 +7,7 @@
 #include "process/deconvolve.h"
 #include "process/level.h"
 #include "process/roughness.h"
+#include "process/tile.h"
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -49,22 +50,28 @@ static void picture_from_sample(double turn, double x, double y, double *i, doub
 // The largest square inside 0.97 of the disc, less what the deconvolution spoils at the rim; turned
 // back. A turn by quarters takes samples as they are, about the pixel nearest to the centre. Of a
 // folded picture samples are the fold's.
-static bool cut_square(struct flat *f, const struct bokeh_record *rec, const struct fold *fold,
-                       struct hfield *out, struct err *e)
+static bool cut_square(struct flat *f, const struct bokeh_record *rec, struct fold *fold,
+                       const struct bokeh_options *opt, struct hfield *out,
+                       struct bokeh_result *res, struct err *e)
 {
     const struct disc *d = &f->disc;
     const double reach = 0.97 * d->radius_px - 3 * rec->sigma_px;
-    const int half = (int)floor(reach / M_SQRT2), n = 2 * half + 1;
+    const int half = (int)floor(reach / M_SQRT2);
     if (half < 16)
         return err_set(e, ERR_DATA,
                        "the disc of radius %.1f px is too small for a PSF of sigma %.2f px",
                        d->radius_px, rec->sigma_px);
-    struct hfield hf;
-    if (!hfield_init(&hf, n, n, rec->m_per_px, rec->m_per_px, e))
-        return false;
+    int nx = 2 * half + 1, ny = nx;
     const double quarters = rec->turn_rad / (M_PI / 2);
     const bool exact = fabs(quarters - round(quarters)) < 1e-6; // records have 9 digits
-    const double turn = exact ? round(quarters) * (M_PI / 2) : rec->turn_rad;
+    double turn = exact ? round(quarters) * (M_PI / 2) : rec->turn_rad;
+    if (fold->kind && opt->edge == BOKEH_TILE) {
+        res->strain = fold_fit(fold, turn, &nx, &ny, &res->turned_rad);
+        turn -= res->turned_rad;
+    }
+    struct hfield hf;
+    if (!hfield_init(&hf, nx, ny, rec->m_per_px, rec->m_per_px, e))
+        return false;
     double cx = d->cx_px, cy = d->cy_px;
     if (exact) {
         cx = round(cx);
@@ -73,17 +80,16 @@ static bool cut_square(struct flat *f, const struct bokeh_record *rec, const str
         bspline_fit_image(f->px, f->w, f->h, BSPLINE_CUBIC);
     }
 #pragma omp parallel for schedule(static)
-    for (int y = -half; y <= half; y++)
-        for (int x = -half; x <= half; x++) {
+    for (int y = 0; y < ny; y++)
+        for (int x = 0; x < nx; x++) {
             double i, j;
-            picture_from_sample(turn, x, y, &i, &j);
+            picture_from_sample(turn, x - nx / 2, y - ny / 2, &i, &j);
             const double v =
                 fold->kind ? fold_at(fold, cx + i, cy + j)
                 : exact
                     ? (double)f->px[(size_t)lround(cy + j) * (size_t)f->w + (size_t)lround(cx + i)]
                     : bspline_at(f->px, f->w, f->h, cx + i, cy + j);
-            hf.z[(size_t)(y + half) * (size_t)n + (size_t)(x + half)] =
-                (float)(rec->gain_m * (v - rec->offset));
+            hf.z[(size_t)y * (size_t)nx + (size_t)x] = (float)(rec->gain_m * (v - rec->offset));
         }
     *out = hf;
     return true;
@@ -161,14 +167,15 @@ static bool finish(struct hfield *hf, const struct bokeh_options *opt, const str
                    const struct bokeh_record *rec, const struct image *im, struct bokeh_result *res,
                    struct err *e)
 {
-    if (opt->level && !hfield_level(hf, LEVEL_PLANE, e))
+    const bool closed = fold->kind && opt->edge == BOKEH_TILE; // no plane may open it again
+    if (opt->level && !hfield_level(hf, closed ? LEVEL_MEAN : LEVEL_PLANE, e))
         return false;
     res->n_periods = hfield_periods(hf, res->period, e);
     if (res->n_periods < 0)
         return false;
     res->fold = fold->kind;
     for (int k = 0; fold->kind && k < res->n_periods; k++)
-        fold_snap(fold, rec->turn_rad, rec->m_per_px, &res->period[k]);
+        fold_snap(fold, rec->turn_rad - res->turned_rad, rec->m_per_px, &res->period[k]);
     if (!fold->kind && res->n_periods && opt->lines != BOKEH_2D) { // no second harmonic
         bool averaged;
         const int k =
@@ -178,6 +185,10 @@ static bool finish(struct hfield *hf, const struct bokeh_options *opt, const str
             return false;
         res->fold = averaged ? FOLD_LINES : FOLD_NONE;
     }
+    if (opt->edge == BOKEH_TILE && !closed && !hfield_tile(hf, &res->seam, e))
+        return false;
+    if (opt->edge == BOKEH_WINDOW)
+        hfield_window(hf);
     double f_number = 5.6;
     meta_num(&im->meta, "aperture", &f_number);
     if (!isnan(opt->f_number))
@@ -230,7 +241,7 @@ bool bokeh_height(const struct image *im, const struct bokeh_record *record,
                          6 * rec->sigma_px, e);
     ok = ok && take_fold(&fold, &f, rec, opt, e) &&
          (fold.kind || sharpen(&f, rec, &res->iterations, e)) &&
-         cut_square(&f, rec, &fold, &hf, e) && finish(&hf, opt, &fold, rec, im, res, e);
+         cut_square(&f, rec, &fold, opt, &hf, res, e) && finish(&hf, opt, &fold, rec, im, res, e);
     if (ok)
         *out = hf;
     else

@@ -17,8 +17,13 @@ struct bokeh_options {
         BOKEH_2D,
         BOKEH_1D,
         BOKEH_1D_IF_LINES
-    } lines;         // average along the lines of a grating or CD
-    bool lattice;    // fold a picture that repeats in two directions into one cell
+    } lines;      // average along the lines of a grating or CD
+    bool lattice; // fold a picture that repeats in two directions into one cell
+    enum {
+        BOKEH_KEEP,
+        BOKEH_WINDOW,
+        BOKEH_TILE
+    } edge; // of the square: as it is, faded, or cut so that copies continue (process/tile.h)
     double f_number; // of the lens; NAN: the picture's aperture, else 5.6
 };
 
@@ -28,6 +33,9 @@ struct bokeh_result {
     double score[3]; // contrast over noise of R, G, B in the disc; one channel: [0] only
     int iterations;  // of Richardson-Lucy
     enum fold_kind fold;
+    double strain,
+        turned_rad; // of a folded tile's wave vectors, and of its axes, so that it closes
+    double seam;    // of another tile: hfield_tile()
     int n_periods;
     struct period period[2];
     double sd_m; // standard deviation of the heights

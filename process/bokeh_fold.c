@@ -93,3 +93,77 @@ void fold_snap(const struct fold *fold, double turn_rad, double m_per_px, struct
     p->period_m = m_per_px / hypot(kx, ky);
     p->direction_rad = angle - M_PI * (ceil(angle / M_PI + 0.5) - 1); // in (-pi/2, pi/2]
 }
+
+// The length over half of n that fits both components of wave vectors best: relative to their
+// sizes.
+static int best_length(const double k[2], const double size[2], int n, double *strain)
+{
+    int best = n;
+    *strain = INFINITY;
+    for (int at = n; at > n / 2; at--) {
+        double here = 0;
+        for (int m = 0; m < 2; m++)
+            here = fmax(here, fabs(k[m] - round(k[m] * at) / at) / size[m]);
+        if (here < *strain) {
+            *strain = here;
+            best = at;
+        }
+    }
+    return best;
+}
+
+static double fit(struct fold *fold, double turn_rad, int *nx, int *ny)
+{
+    struct lines *l = &fold->lines;
+    struct lattice *grid = &fold->cell.lattice;
+    const bool lines = fold->kind == FOLD_LINES;
+    double *const ki[] = {lines ? &l->kx : &grid->kx[0], lines ? &l->kx : &grid->kx[1]},
+                  *const kj[] = {lines ? &l->ky : &grid->ky[0], lines ? &l->ky : &grid->ky[1]};
+    const double c = cos(turn_rad), s = sin(turn_rad);
+    double x[2], y[2], size[2], along_x, along_y;
+    for (int m = 0; m < 2; m++) { // on the sample
+        x[m] = c * *ki[m] - s * *kj[m];
+        y[m] = s * *ki[m] + c * *kj[m];
+        size[m] = hypot(x[m], y[m]);
+    }
+    *nx = best_length(x, size, *nx, &along_x);
+    *ny = best_length(y, size, *ny, &along_y);
+    for (int m = 0; m < 2; m++) {
+        x[m] = round(x[m] * *nx) / *nx;
+        y[m] = round(y[m] * *ny) / *ny;
+        *ki[m] = c * x[m] + s * y[m];
+        *kj[m] = c * y[m] - s * x[m];
+    }
+    return hypot(along_x, along_y);
+}
+
+// Direction on the sample of the cell's side that is nearest to x, in (-pi/4, pi/4].
+static double side_direction(const struct lattice *l, double turn_rad)
+{
+    double best = INFINITY;
+    for (int m = 0; m < 2; m++) {
+        const double angle = remainder(atan2(l->ay[m], l->ax[m]) + turn_rad, M_PI);
+        best = fabs(angle) < fabs(best) ? angle : best;
+    }
+    return best;
+}
+
+double fold_fit(struct fold *fold, double turn_rad, int *nx, int *ny, double *turned)
+{
+    const double most = 0.01;
+    const struct fold before = *fold;
+    const int nx0 = *nx, ny0 = *ny;
+    double strain = fit(fold, turn_rad, nx, ny);
+    *turned = 0;
+    if (strain > most) {
+        *fold = before;
+        *nx = nx0;
+        *ny = ny0;
+        if (fold->kind == FOLD_LATTICE)
+            *turned = side_direction(&fold->cell.lattice, turn_rad);
+        else
+            *turned = remainder(atan2(fold->lines.ky, fold->lines.kx) + turn_rad, M_PI / 2);
+        strain = fit(fold, turn_rad - *turned, nx, ny);
+    }
+    return strain;
+}

@@ -24,3 +24,8 @@ double fold_at(const struct fold *fold, double i,
 // Takes a period that was measured on the square to the fold's own, which all of the disc tells;
 // the sample is turned by turn_rad on the picture.
 void fold_snap(const struct fold *fold, double turn_rad, double m_per_px, struct period *p);
+
+// Strains the fold, as little as it can, so that it repeats after nx and after ny nodes of the
+// sample; those are chosen over half of what they are. Where that takes more than 1 %, the sample
+// is first turned by *turned (from x towards y) to the lattice's own sides. Returns the strain.
+double fold_fit(struct fold *fold, double turn_rad, int *nx, int *ny, double *turned);

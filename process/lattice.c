@@ -228,7 +228,7 @@ bool lattice_find(struct lattice *out, const struct disc *d, const float *flat, 
     for (int k = 0; k < n; k++)
         all += peak[k].power;
     do
-        off = astray(&l, peak, n, ++denominator, 0.15 / d->radius_px);
+        off = astray(&l, peak, n, ++denominator, 0.03 / d->radius_px);
     while (off > ASTRAY * all && denominator < MOST_DENOMINATOR);
     if (off > ASTRAY * all)
         return err_set(e, ERR_DATA, "no lattice: %.0f %% of the peaks' power stands beside it",

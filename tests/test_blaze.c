@@ -63,7 +63,7 @@ static void measure(const struct photo *p, struct grating *g, struct blaze *b, d
     if (!grating_find(g, &disc, px, W, H, &e) || !grating_fit_blaze(g, b, &e))
         fail_msg("%s", e.msg);
     grating_sharpen(g, b->sigma_px, profile);
-    grating_affine(profile, b, 1, &gain, &offset, rmse);
+    grating_affine(profile, b, 1, 0, &gain, &offset, rmse);
     assert_near(gain * p->contrast, 1, 0.04);
     free(px);
 }

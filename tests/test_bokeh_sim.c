@@ -2,6 +2,7 @@
 // simulator's truth; and what is no such photograph, refused with numbers.
 #include "tests/run.h"
 
+#include "calib/response_file.h"
 #include "core/hfield_file.h"
 #include "core/imgfile.h"
 #include "sim/optics_ref.h"
@@ -202,6 +203,33 @@ TEST(a_phone_comes_back_within_three_percent_with_its_periods_and_diffracts_as_i
     image_finish(&sharp);
 }
 
+TEST(a_tile_of_a_phone_repeats_and_a_window_ends_level)
+{
+    struct run r =
+        run_nacre("bokeh phone.exr --calibration clean.yaml --edge tile -o t.gsf --json");
+    assert_true(number(&r, "tile_strain", 0) < 0.01);
+    assert_near(number(&r, "tile_turned_deg", 0), 9.4, 0.1);
+    assert_near(number(&r, "period_m", 0) / (6.2e-6 / 3), 1, 0.01);
+    struct hfield hf = read_field("t.gsf");
+    double over = 0, inside = 0; // mean square steps from a column to the next
+    for (int y = 0; y < hf.ny; y++)
+        for (int x = 0; x < hf.nx; x++) {
+            const double d =
+                pow((double)hf.z[y * hf.nx + (x + 1) % hf.nx] - (double)hf.z[y * hf.nx + x], 2);
+            *(x == hf.nx - 1 ? &over : &inside) += x == hf.nx - 1 ? d : d / (hf.nx - 1);
+        }
+    print_message("%d x %d, steps %.3g inside, %.3g over the border\n", hf.nx, hf.ny,
+                  sqrt(inside / hf.ny), sqrt(over / hf.ny));
+    assert_true(over < 2 * inside);
+    hfield_finish(&hf);
+    r = run_nacre("bokeh phone.exr --calibration clean.yaml --edge window -o w.gsf --json");
+    assert_int_equal(r.status, 0);
+    hf = read_field("w.gsf");
+    for (int x = 0; x < hf.nx; x++)
+        assert_near(hf.z[x] / HEIGHT_M, hf.z[(hf.ny - 1) * hf.nx + x] / HEIGHT_M, 1e-3);
+    hfield_finish(&hf);
+}
+
 TEST(each_channel_has_its_own_scale)
 {
     struct run blue = run_nacre("bokeh phone.exr --calibration clean.yaml -o b.gsf --json"),
@@ -219,6 +247,33 @@ TEST(eight_bit_photographs_are_made_linear_and_say_so)
     assert_int_equal(r.status, 0);
     assert_non_null(strstr(r.err, "8-bit samples taken as sRGB and made linear"));
     assert_near(number(&r, "height_sd_m", 0) / number(&blue, "height_sd_m", 0), 1, 0.02);
+}
+
+TEST(what_eight_bits_mean_can_be_told)
+{
+    struct response srgb;
+    struct record rec;
+    struct err e;
+    response_srgb(&srgb, 3);
+    record_init(&rec, "response", "tests", 0.01, "none");
+    assert_true(response_write(&srgb, &rec, "test", "response.yaml", &e));
+    const struct run r = run_nacre("bokeh phone.png --calibration clean.yaml -o p.gsf --json"),
+                     same = run_nacre("bokeh phone.png --calibration clean.yaml -o q.gsf --json "
+                                      "--response response.yaml"),
+                     light = run_nacre("bokeh phone.png --calibration clean.yaml -o q.gsf --json "
+                                       "--response linear");
+    assert_int_equal(same.status, 0);
+    assert_near(number(&same, "height_sd_m", 0) / number(&r, "height_sd_m", 0), 1, 1e-3);
+    assert_true(number(&light, "height_sd_m", 0) < 0.95 * number(&r, "height_sd_m", 0));
+    assert_int_equal(run_nacre("bokeh phone.png --calibration clean.yaml --response none.yaml "
+                               "-o never.gsf")
+                         .status,
+                     5);
+    const struct run exr = run_nacre("deconvolve phone.exr --sigma 1.9 --response response.yaml "
+                                     "-o never.exr");
+    assert_int_equal(exr.status, 3);
+    assert_non_null(strstr(exr.err, "not of 8 bits"));
+    assert_int_not_equal(access("never.exr", F_OK), 0);
 }
 
 TEST(what_is_no_bokeh_photograph_is_refused_with_its_numbers)
@@ -276,6 +331,8 @@ TEST_MAIN(
         a_blazed_grating_comes_back_within_three_percent_and_with_noise_within_the_papers_figure),
     cmocka_unit_test(
         a_phone_comes_back_within_three_percent_with_its_periods_and_diffracts_as_it_should),
+    cmocka_unit_test(a_tile_of_a_phone_repeats_and_a_window_ends_level),
     cmocka_unit_test(each_channel_has_its_own_scale),
     cmocka_unit_test(eight_bit_photographs_are_made_linear_and_say_so),
+    cmocka_unit_test(what_eight_bits_mean_can_be_told),
     cmocka_unit_test(what_is_no_bokeh_photograph_is_refused_with_its_numbers))

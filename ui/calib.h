@@ -10,7 +10,7 @@ struct calib_args {
     double black, white;               // counts
     const char *channel;
     double lines_per_m, blaze_rad; // bokeh, spectral: a known grating
-    const char *turn;
+    const char *turn, *response;
     const char *board, *dictionary, *plane; // a printed target
     double square_m, marker_m;
     const char *lens, *ball, *poses; // light

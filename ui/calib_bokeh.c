@@ -32,11 +32,12 @@ static double turn_of(const struct grating *g)
     return angle - M_PI * (ceil(angle / M_PI) - 1) - M_PI / 4;
 }
 
-static bool read_picture(struct image *im, const char *path, struct bokeh_record *r, struct err *e)
+static bool read_picture(struct image *im, const char *path, const char *response,
+                         struct bokeh_record *r, struct err *e)
 {
-    if (!image_read(im, path, e) || !image_check_finite(im, path, e))
+    if (!image_read(im, path, e) || !image_check_finite(im, path, e) ||
+        !make_linear_by(im, path, response, e))
         return false;
-    make_linear(im, path);
     record_init(&r->head, "bokeh", "this lens at this focus, aperture, distance and light", NAN,
                 "rmse of the blaze, of its height");
     record_from_image(&r->head, im);
@@ -60,12 +61,15 @@ static bool measure(struct work *w, struct err *e)
     return true;
 }
 
-// The true profile against the one that folding and sharpening give (T17 eq. 27).
+// The true profile against the one that folding and sharpening give (T17 eq. 27), both as pixels
+// see them.
 static void judge(struct work *w, const struct bokeh_record *r)
 {
+    const double box = hypot(w->grating.kx, w->grating.ky);
     double gain, offset;
     grating_sharpen(&w->grating, w->blaze.sigma_px, w->profile);
-    grating_affine(w->profile, &w->blaze, tan(r->blaze_rad) / r->lines_per_m, &gain, &offset,
+    grating_widen(w->profile, box);
+    grating_affine(w->profile, &w->blaze, tan(r->blaze_rad) / r->lines_per_m, box, &gain, &offset,
                    &w->rmse);
 }
 
@@ -99,7 +103,7 @@ static bool choose_iterations(struct work *w, struct bokeh_record *r, struct err
         r->iterations = res.iterations;
         if (grating_measure(&sharp, &inner, out, side, side, e)) {
             grating_profile(&sharp, profile);
-            grating_affine(profile, &at, 1, &gain, &offset, &w->rmse_rl);
+            grating_affine(profile, &at, 1, hypot(sharp.kx, sharp.ky), &gain, &offset, &w->rmse_rl);
         }
     }
     blur_free(b);
@@ -204,7 +208,7 @@ bool calib_bokeh(const struct calib_args *a, struct cli *cli, struct err *e)
         return false;
     if (cli->n != 1)
         return err_set(e, ERR_USAGE, "calib bokeh: takes one photograph");
-    bool ok = read_picture(&im, path, &r, e);
+    bool ok = read_picture(&im, path, a->response, &r, e);
     if (ok) {
         struct bokeh_channel first;
         const bool mono = im.nc == 1 || (image_channel_index(&im, "Y") >= 0 &&

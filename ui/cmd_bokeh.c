@@ -10,7 +10,7 @@
 #include <string.h>
 
 struct args {
-    const char *calibration, *channel, *lines, *lattice, *out;
+    const char *calibration, *channel, *response, *lines, *lattice, *edge, *out;
     double f_number;
     bool keep_tilt;
 };
@@ -20,12 +20,19 @@ static const struct opt opts[] = {
      .help = "record of nacre calib bokeh", .needed = true},
     {"channel", OPT_CHOICE, offsetof(struct args, channel), "record|r|g|b", "record",
      "the channel to read, with what the record has of it (record: its first, blue unless told)"},
+    {"response", OPT_FILE, offsetof(struct args, response), "auto|srgb|linear|FILE", "auto",
+     "what 8-bit samples mean: sRGB (auto, with a note), light itself, or by a record of nacre "
+     "calib response; others are light"},
     {"lines", OPT_CHOICE, offsetof(struct args, lines), "no|yes|auto", "auto",
      "fold the lines of a grating or CD into one sharp profile; auto: where straight lines explain "
      "95 % of the picture"},
     {"lattice", OPT_CHOICE, offsetof(struct args, lattice), "no|auto", "auto",
      "fold what repeats in two directions into one sharp cell; auto: where a lattice explains 99 % "
      "of the picture"},
+    {"edge", OPT_CHOICE, offsetof(struct args, edge), "keep|window|tile", "keep",
+     "of the square: as it is, faded to the mean height, or a tile: cut so that copies side by "
+     "side "
+     "continue each other; a fold may be turned to its own sides for that (tile_turned_deg)"},
     {"f-number", OPT_NUM, offsetof(struct args, f_number), "N", NULL,
      "of the lens, for the cut-off in the file (default: the picture's, else 5.6)"},
     {"keep-tilt", OPT_FLAG, offsetof(struct args, keep_tilt),
@@ -35,7 +42,8 @@ static const struct opt opts[] = {
     {0},
 };
 
-static void report(const struct bokeh_result *r, const struct hfield *hf, struct doc *d)
+static void report(const struct bokeh_result *r, const struct bokeh_options *opt,
+                   const struct hfield *hf, struct doc *d)
 {
     doc_text(d, "channel", r->channel);
     if (r->score[1] > 0)
@@ -57,6 +65,10 @@ static void report(const struct bokeh_result *r, const struct hfield *hf, struct
     double lo = NAN, hi = NAN;
     hfield_range(hf, &lo, &hi);
     doc_num(d, "height_range_m", hi - lo);
+    if (opt->edge == BOKEH_TILE && r->fold)
+        doc_num(d, "tile_turned_deg", r->turned_rad * 180 / M_PI);
+    if (opt->edge == BOKEH_TILE)
+        doc_num(d, r->fold ? "tile_strain" : "tile_seam", r->fold ? r->strain : r->seam);
     doc_num(d, "cutoff_per_m", r->cutoff_per_m);
 }
 
@@ -72,6 +84,9 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     opt.lines = !strcmp(args->lines, "no")    ? BOKEH_2D
                 : !strcmp(args->lines, "yes") ? BOKEH_1D
                                               : BOKEH_1D_IF_LINES;
+    opt.edge = !strcmp(args->edge, "window") ? BOKEH_WINDOW
+               : !strcmp(args->edge, "tile") ? BOKEH_TILE
+                                             : BOKEH_KEEP;
     if (args->f_number <= 0)
         return err_set(e, ERR_DATA, "--f-number %g: must be positive", args->f_number);
     struct bokeh_record rec;
@@ -80,9 +95,8 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct bokeh_result res;
     bool ok = bokeh_record_read(&rec, args->calibration, e) &&
               image_read(&im, cli->operand[0], e) && image_check_finite(&im, cli->operand[0], e) &&
-              bokeh_record_fits(&rec, args->calibration, &im, e);
-    if (ok)
-        make_linear(&im, cli->operand[0]);
+              bokeh_record_fits(&rec, args->calibration, &im, e) &&
+              make_linear_by(&im, cli->operand[0], args->response, e);
     if (ok && !bokeh_height(&im, &rec, &opt, &hf, &res, e))
         ok = err_in(e, "%s", cli->operand[0]);
     if (ok) {
@@ -91,7 +105,7 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
         ok = hfield_write(&hf, args->out, NULL, e);
     }
     if (ok)
-        report(&res, &hf, cli->doc);
+        report(&res, &opt, &hf, cli->doc);
     hfield_finish(&hf);
     image_finish(&im);
     return ok;

@@ -12,7 +12,7 @@
 
 struct args {
     double sigma_px, tv;
-    const char *psf, *iterations, *out;
+    const char *psf, *iterations, *response, *out;
     int most;
     bool accelerate;
 };
@@ -28,6 +28,9 @@ static const struct opt opts[] = {
     {"accelerate", OPT_FLAG, offsetof(struct args, accelerate),
      .help = "extrapolate along the path (Biggs & Andrews 1997)"},
     {"tv", OPT_NUM, offsetof(struct args, tv), "W", "0", "weight of total variation, 0 to 0.1"},
+    {"response", OPT_FILE, offsetof(struct args, response), "auto|srgb|linear|FILE", "auto",
+     "what 8-bit samples mean: sRGB (auto, with a note), light itself, or by a record of nacre "
+     "calib response; others are light"},
     {"o", OPT_FILE, offsetof(struct args, out), "OUT", .help = "the sharp picture", .needed = true},
     {0},
 };
@@ -111,9 +114,8 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct image im = {0};
     struct blur *b = NULL;
     bool ok = parse_iterations(args->iterations, &opt.iterations, e) && image_read(&im, path, e) &&
-              image_check_finite(&im, path, e) && (b = open_blur(args, im.w, im.h, e));
-    if (ok)
-        make_linear(&im, path);
+              image_check_finite(&im, path, e) && (b = open_blur(args, im.w, im.h, e)) &&
+              make_linear_by(&im, path, args->response, e);
     if (ok && !run_channels(&im, b, &opt, cli, e))
         ok = err_in(e, "%s", path);
     if (ok) {
@@ -134,7 +136,7 @@ const struct command cmd_deconvolve = {
     .max_operands = 1,
     .opts = opts,
     .args_size = sizeof(struct args),
-    .notes = "The result is never negative and its sum is the picture's. Borders reflect.\n\n"
+    .notes = "The result is never negative and its sum is the picture's light. Borders reflect.\n\n"
              "  nacre deconvolve bokeh.tif --sigma 1.9 --iterations auto -o sharp.exr",
     .run = run,
 };
