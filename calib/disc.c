@@ -85,10 +85,16 @@ static bool one_blob(const struct coarse *c, struct blob *out, struct err *e)
             }
     free(seen);
     free(stack);
+    if (!(c->bright - c->dark > 0.3 * c->bright))
+        return err_set(
+            e, ERR_DATA,
+            "no disc: the picture's bright parts (%.3g) stand out of its dark ones (%.3g) "
+            "too little",
+            c->bright, c->dark);
     if (best.area < 12)
         return err_set(e, ERR_DATA, "no disc: nothing bright is larger than %d pixels",
                        4 * c->side);
-    if (5 * second.area > best.area)
+    if (16 * second.area > best.area)
         return err_set(e, ERR_DATA,
                        "two discs: bright areas of %.3g and %.3g pixels at (%.0f, %.0f) and "
                        "(%.0f, %.0f)",
@@ -218,13 +224,16 @@ bool disc_find(struct disc *out, const float *px, int w, int h, struct err *e)
         cut += r[k] < 0;
     }
     if (cut > RAYS / 50)
-        return err_set(e, ERR_DATA, "the disc is cut by the frame over %.0f %% of its rim",
-                       100.0 * cut / RAYS);
+        return err_set(e, ERR_DATA, "%s is cut by the frame over %.0f %% of its rim",
+                       cut > RAYS / 2 ? "no disc: what is bright" : "the disc", 100.0 * cut / RAYS);
     if (!fit_circle(&d, r, cx, cy) || !(d.radius_px > 8))
         return err_set(e, ERR_DATA, "no disc: the bright area has no round rim");
     if (d.residual_px > 0.03 * d.radius_px)
-        return err_set(e, ERR_DATA, "no disc: the rim is off a circle of %.0f px by %.1f px rms",
-                       d.radius_px, d.residual_px);
+        return err_set(
+            e, ERR_DATA,
+            "no single disc: the rim is off a circle of %.0f px by %.1f px rms (two discs "
+            "that overlap, or another shape)",
+            d.radius_px, d.residual_px);
     if (d.cx_px - d.radius_px < 0 || d.cy_px - d.radius_px < 0 || d.cx_px + d.radius_px > w - 1 ||
         d.cy_px + d.radius_px > h - 1)
         return err_set(e, ERR_DATA,

@@ -4,6 +4,7 @@
 #include "calib/bokeh_record.h"
 #include "calib/disc.h"
 #include "core/mem.h"
+#include "tests/noise.h"
 
 enum { W = 400, H = 300 };
 
@@ -69,6 +70,8 @@ TEST(what_is_no_disc_is_refused_with_the_numbers)
     } cases[] = {
         {0, 0, 0, 0, 0, 0, "no disc"},
         {100, 150, 60, 290, 55, 0, "two discs: bright areas of"},
+        {120, 150, 90, 330, 25, 0,
+         "two discs: bright areas of"}, // of a twelfth of the other's area
         {60, 150, 90, 0, 0, 0, "cut by the frame"},
         {180, 150, 100, 0, 0, 0.3, "the disc is saturated"},
     };
@@ -88,6 +91,21 @@ TEST(what_is_no_disc_is_refused_with_the_numbers)
             fail_msg("'%s' lacks '%s'", e.msg, cases[k].sentence);
         free(px);
     }
+}
+
+TEST(an_even_or_noisy_picture_has_no_disc)
+{
+    float *px = xcalloc(W * H, sizeof *px);
+    struct disc d;
+    struct err e;
+    uint64_t seed = 1;
+    for (int kind = 0; kind < 3; kind++) { // black, even, noise
+        for (int i = 0; i < W * H; i++)
+            px[i] = kind == 0 ? 0 : kind == 1 ? 0.3f : (float)(0.3 + 0.1 * noise_uniform(&seed));
+        assert_false(disc_find(&d, px, W, H, &e));
+        assert_non_null(strstr(e.msg, "no disc: the picture's bright parts"));
+    }
+    free(px);
 }
 
 TEST(a_square_is_not_a_disc)
@@ -143,5 +161,6 @@ TEST(a_bokeh_record_reads_back_and_refuses_what_it_cannot_be)
 TEST_MAIN(cmocka_unit_test(a_disc_with_dark_lines_is_found_to_a_few_tenths_of_a_pixel),
           cmocka_unit_test(flattening_leaves_the_lines_and_takes_the_light),
           cmocka_unit_test(what_is_no_disc_is_refused_with_the_numbers),
+          cmocka_unit_test(an_even_or_noisy_picture_has_no_disc),
           cmocka_unit_test(a_square_is_not_a_disc),
           cmocka_unit_test(a_bokeh_record_reads_back_and_refuses_what_it_cannot_be))
