@@ -1,4 +1,4 @@
-// lens.c - the lens record: fitting, rays and points, reading and writing.
+// lens.c - a lens from the corners of boards; its rays and points.
 #define _GNU_SOURCE
 #include "calib/lens.h"
 #include "core/mem.h"
@@ -6,12 +6,29 @@
 #include <stdlib.h>
 #include <string.h>
 
+static void corners_finish(struct corners *c)
+{
+    free(c->id);
+    free(c->px);
+}
+
+static struct corners corners_copy(const struct corners *c)
+{
+    const size_t n = (size_t)c->n;
+    struct corners out = {c->n, xcalloc(n, sizeof *out.id), xcalloc(n, sizeof *out.px)};
+    memcpy(out.id, c->id, n * sizeof *out.id);
+    memcpy(out.px, c->px, n * sizeof *out.px);
+    return out;
+}
+
 void lens_finish(struct lens *l)
 {
     if (!l)
         return;
-    for (int k = 0; k < l->n; k++)
+    for (int k = 0; k < l->n; k++) {
+        corners_finish(&l->view[k].seen);
         free(l->view[k].image);
+    }
     free(l->view);
     *l = (struct lens){0};
 }
@@ -124,73 +141,86 @@ void lens_project(const struct lens *l, struct vec3 at, double *i, double *j)
     *j = c->center_px[1] + c->focal_px[1] * d[1];
 }
 
-// How far corner k of a view is from where the lens puts it, px.
-static double miss(const struct lens *l, const struct view_fit *v, const struct corners *c, int k)
+struct vec3 lens_corner(const struct lens *l, int view, int k)
 {
     const struct board *b = &l->board;
-    const struct vec3 on_board =
-        v3(c->id[k] % b->cols * b->square_m, c->id[k] / b->cols * b->square_m, 0);
-    const struct vec3 at =
-        v3_add(turned(v->rotation, on_board), v3(v->origin_m[0], v->origin_m[1], v->origin_m[2]));
+    const struct view_fit *v = &l->view[view].fit;
+    const int id = l->view[view].seen.id[k];
+    const struct vec3 on_board = v3(id % b->cols * b->square_m, id / b->cols * b->square_m, 0);
+    return v3_add(turned(v->rotation, on_board),
+                  v3(v->origin_m[0], v->origin_m[1], v->origin_m[2]));
+}
+
+double lens_miss(const struct lens *l, int view, int k)
+{
+    const double *px = l->view[view].seen.px[k];
     double i, j;
-    lens_project(l, at, &i, &j);
-    return hypot(i - c->px[k][0], j - c->px[k][1]);
+    lens_project(l, lens_corner(l, view, k), &i, &j);
+    return hypot(i - px[0], j - px[1]);
 }
 
 // Leaves out corners that miss by more than six times the median: half hidden, or taken for others.
-static int drop_outliers(const struct lens *l, const struct view_fit *fit, struct corners *seen)
+static int drop_outliers(const struct lens *l)
 {
     size_t all = 0, m = 0;
     int dropped = 0;
     for (int v = 0; v < l->n; v++)
-        all += (size_t)seen[v].n;
+        all += (size_t)l->view[v].seen.n;
     double *size = xcalloc(all, sizeof *size);
     for (int v = 0; v < l->n; v++)
-        for (int k = 0; k < seen[v].n; k++)
-            size[m++] = miss(l, &fit[v], &seen[v], k);
+        for (int k = 0; k < l->view[v].seen.n; k++)
+            size[m++] = lens_miss(l, v, k);
     sort_doubles(size, all);
     const double limit = fmax(0.02, 6 * size[all / 2]);
     free(size);
     for (int v = 0; v < l->n; v++) {
+        struct corners *seen = &l->view[v].seen;
         int kept = 0;
-        for (int k = 0; k < seen[v].n; k++) {
-            if (miss(l, &fit[v], &seen[v], k) > limit && kept + seen[v].n - k > 6) {
+        for (int k = 0; k < seen->n; k++) {
+            if (lens_miss(l, v, k) > limit && kept + seen->n - k > 6) {
                 dropped++;
                 continue;
             }
-            seen[v].id[kept] = seen[v].id[k];
-            memcpy(seen[v].px[kept++], seen[v].px[k], sizeof *seen[v].px);
+            seen->id[kept] = seen->id[k];
+            memcpy(seen->px[kept++], seen->px[k], sizeof *seen->px);
         }
-        seen[v].n = kept;
+        seen->n = kept;
     }
     return dropped;
 }
 
-static bool fit_camera(struct lens *l, const struct corners *seen, int w, int h,
-                       struct view_fit *fit, struct err *e)
+static bool fit_camera(struct lens *l, int w, int h, struct err *e)
 {
     struct camera_fit *c = &l->camera;
-    if (!cv_board_calibrate(&l->board, seen, l->n, w, h, true, c, fit, e))
-        return false;
+    struct corners *seen = xcalloc((size_t)l->n, sizeof *seen);
+    struct view_fit *fit = xcalloc((size_t)l->n, sizeof *fit);
+    for (int k = 0; k < l->n; k++)
+        seen[k] = l->view[k].seen;
+    bool ok = cv_board_calibrate(&l->board, seen, l->n, w, h, true, c, fit, e);
     // a k3 that is not there would bend the picture where no corner was
-    return fabs(c->distortion[4]) > 4 * c->distortion_sigma[4] ||
-           cv_board_calibrate(&l->board, seen, l->n, w, h, false, c, fit, e);
+    if (ok && !(fabs(c->distortion[4]) > 4 * c->distortion_sigma[4]))
+        ok = cv_board_calibrate(&l->board, seen, l->n, w, h, false, c, fit, e);
+    for (int k = 0; ok && k < l->n; k++)
+        l->view[k].fit = fit[k];
+    free(seen);
+    free(fit);
+    return ok;
 }
 
-bool lens_fit(struct lens *out, const struct board *b, struct corners *seen, char *const image[],
-              int n, int w, int h, struct err *e)
+bool lens_fit(struct lens *out, const struct board *b, const struct corners *seen,
+              char *const image[], int n, int w, int h, struct err *e)
 {
     if (n < 3)
         return err_set(e, ERR_DATA, "%d view%s of the board: needs 3 or more, tilted differently",
                        n, n == 1 ? "" : "s");
     struct lens l = {.board = *b, .n = n, .view = xcalloc((size_t)n, sizeof *l.view)};
-    struct view_fit *fit = xcalloc((size_t)n, sizeof *fit);
-    bool ok = fit_camera(&l, seen, w, h, fit, e);
-    if (ok && drop_outliers(&l, fit, seen))
-        ok = fit_camera(&l, seen, w, h, fit, e);
-    for (int k = 0; k < n; k++)
-        l.view[k] = (struct lens_view){xstrdup(image[k]), seen[k].n, fit[k]};
-    free(fit);
+    for (int k = 0; k < n; k++) {
+        l.view[k].image = xstrdup(image[k]);
+        l.view[k].seen = corners_copy(&seen[k]);
+    }
+    bool ok = fit_camera(&l, w, h, e);
+    if (ok && drop_outliers(&l))
+        ok = fit_camera(&l, w, h, e);
     ok = ok && judge(&l, e);
     if (!ok) {
         lens_finish(&l);
@@ -221,97 +251,12 @@ int lens_view_of(const struct lens *l, const char *image)
     return -1;
 }
 
-bool lens_write(const struct lens *l, const char *command, const char *path, struct err *e)
+struct lens lens_copy(const struct lens *l)
 {
-    const struct camera_fit *c = &l->camera;
-    struct record_file rf;
-    record_begin(&rf, &l->head, command);
-    record_list(rf.f, "focal_px", c->focal_px, 2);
-    record_list(rf.f, "focal_sigma_px", c->focal_sigma_px, 2);
-    record_list(rf.f, "center_px", c->center_px, 2);
-    record_list(rf.f, "center_sigma_px", c->center_sigma_px, 2);
-    fprintf(rf.f, "# k1, k2, p1, p2, k3\n");
-    record_list(rf.f, "distortion", c->distortion, 5);
-    record_list(rf.f, "distortion_sigma", c->distortion_sigma, 5);
-    fprintf(rf.f, "board: {cols: %d, rows: %d, square_m: %.9g", l->board.cols, l->board.rows,
-            l->board.square_m);
-    if (l->board.marker_m > 0)
-        fprintf(rf.f, ", marker_m: %.9g, dictionary: \"%s\"", l->board.marker_m,
-                l->board.dictionary);
-    fprintf(rf.f, "}\nplane: %d # the view whose board lay where the sample lies\n", l->plane);
-    fprintf(rf.f, "# camera = rotation board + origin_m; x right, y down, z forward\nviews:\n");
-    for (int k = 0; k < l->n; k++) {
-        const struct lens_view *v = &l->view[k];
-        fprintf(rf.f, "- image: \"%s\"\n  corners: %d\n  rms_px: %.6g\n", v->image, v->corners,
-                v->fit.rms_px);
-        fprintf(rf.f, "  ");
-        record_list(rf.f, "rotation", v->fit.rotation, 9);
-        fprintf(rf.f, "  ");
-        record_list(rf.f, "origin_m", v->fit.origin_m, 3);
-    }
-    return record_end(&rf, path, e);
-}
-
-static bool read_view(struct lens_view *v, struct ynode *y, struct err *e)
-{
-    const char *image = NULL;
-    if (!ymap_text(y, "image", Y_NEEDED, &image, e) ||
-        !ymap_int(y, "corners", Y_NEEDED, 4, 1000000, &v->corners, e) ||
-        !ymap_num(y, "rms_px", Y_NEEDED, UNIT_NONE, 0, 1e6, &v->fit.rms_px, e) ||
-        !record_read_list(y, "rotation", -1.001, 1.001, v->fit.rotation, 9, e) ||
-        !record_read_list(y, "origin_m", -1e4, 1e4, v->fit.origin_m, 3, e))
-        return false;
-    v->image = xstrdup(image);
-    return true;
-}
-
-static bool read_board(struct board *b, struct ynode *root, struct err *e)
-{
-    struct ynode *y;
-    const char *dictionary = "";
-    if (!ymap_map(root, "board", Y_NEEDED, &y, e) ||
-        !ymap_int(y, "cols", Y_NEEDED, 2, 1000, &b->cols, e) ||
-        !ymap_int(y, "rows", Y_NEEDED, 2, 1000, &b->rows, e) ||
-        !ymap_num(y, "square_m", Y_NEEDED, UNIT_NONE, 1e-9, 100, &b->square_m, e) ||
-        !ymap_num(y, "marker_m", Y_OPTIONAL, UNIT_NONE, 1e-9, 100, &b->marker_m, e) ||
-        !ymap_text(y, "dictionary", Y_OPTIONAL, &dictionary, e))
-        return false;
-    snprintf(b->dictionary, sizeof b->dictionary, "%s", dictionary);
-    return true;
-}
-
-static bool read_all(struct lens *l, struct ynode *root, const char *path, struct err *e)
-{
-    struct camera_fit *c = &l->camera;
-    struct ynode *views;
-    if (!record_read(&l->head, root, path, "lens", e) ||
-        !record_read_list(root, "focal_px", 1e-3, 1e7, c->focal_px, 2, e) ||
-        !record_read_list(root, "focal_sigma_px", 0, 1e7, c->focal_sigma_px, 2, e) ||
-        !record_read_list(root, "center_px", -1e6, 1e6, c->center_px, 2, e) ||
-        !record_read_list(root, "center_sigma_px", 0, 1e7, c->center_sigma_px, 2, e) ||
-        !record_read_list(root, "distortion", -1e6, 1e6, c->distortion, 5, e) ||
-        !record_read_list(root, "distortion_sigma", 0, 1e9, c->distortion_sigma, 5, e) ||
-        !read_board(&l->board, root, e) || !ymap_list(root, "views", Y_NEEDED, &views, e))
-        return false;
-    const int n = ylist_count(views);
-    l->view = xcalloc((size_t)n + 1, sizeof *l->view);
-    for (; l->n < n; l->n++)
-        if (!read_view(&l->view[l->n], ylist_at(views, l->n), e))
-            return false;
-    return ymap_int(root, "plane", Y_NEEDED, 0, n - 1, &l->plane, e);
-}
-
-bool lens_read(struct lens *out, const char *path, struct err *e)
-{
-    struct yaml *y;
-    struct lens l = {0};
-    if (!yaml_open(&y, path, e))
-        return false;
-    bool ok = read_all(&l, yaml_root(y), path, e);
-    ok = yaml_close(y, ok, e) && ok;
-    if (ok)
-        *out = l;
-    else
-        lens_finish(&l);
-    return ok;
+    struct lens out = *l;
+    out.view = xcalloc((size_t)l->n + 1, sizeof *out.view);
+    for (int k = 0; k < l->n; k++)
+        out.view[k] = (struct lens_view){xstrdup(l->view[k].image), corners_copy(&l->view[k].seen),
+                                         l->view[k].fit};
+    return out;
 }

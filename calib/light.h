@@ -29,9 +29,10 @@ struct ball {
 bool light_ball(const struct lens *l, double radius_m, const double guess[3], const float *light,
                 int w, int h, struct ball *ball, struct line *line, struct err *e);
 
-// The light by the specular lobes of one flat sample that lay in n planes: where h is the normal,
-// the lobe is brightest. light[k] [h][w] is the picture of the sample in plane[k].
-bool light_lobes(struct light *out, const struct lens *l, const struct plane *plane,
+// The light by the specular lobes of one flat sample that lay where the boards of n views did:
+// where h is the normal, the lobe is brightest. light[k] [h][w] is the picture of the sample in the
+// plane of view[k]. Lens and poses are adjusted with it, within what the corners allow.
+bool light_lobes(struct light *out, const struct lens *l, const int *view,
                  const float *const *light, int n, struct err *e);
 
 bool light_write(const struct light *s, const char *command, const char *path, struct err *e);

@@ -82,29 +82,49 @@ static bool hit(const struct sim_view *v, double i, double j, double out[2])
     return true;
 }
 
-// Points over a pixel blurred by the lens: box plus Gaussian, from Roberts' sequence in four
-// dimensions, so that no two are in a row or column. (Blurring the pixels instead would shift edges
+// Points over a pixel blurred by the lens, box plus Gaussian, from Roberts' sequence in the plane,
+// which leaves no gaps along edges of any direction. (Blurring the pixels instead would shift edges
 // by hundredths of a pixel; so would the same points in every pixel along an edge.)
-enum { POINTS = 192, SETS = 61 };
+enum { POINTS = 1536, SETS = 61, RING = 24 };
 typedef double points[POINTS][2];
+
+// The share of box plus Gaussian below x, and the x below which there is a share.
+static double share_below(double x, double sigma_px)
+{
+    if (!(sigma_px > 0))
+        return fmin(1, fmax(0, x + 0.5));
+    double at[2];
+    for (int k = 0; k < 2; k++) { // the integral of the normal distribution's share
+        const double t = (x + (k ? -0.5 : 0.5)) / sigma_px;
+        at[k] = sigma_px * (0.5 * t * erfc(-t / M_SQRT2) + exp(-0.5 * t * t) / sqrt(2 * M_PI));
+    }
+    return at[0] - at[1];
+}
+
+static double place_of(double share, double sigma_px)
+{
+    double lo = -0.5 - 8 * sigma_px, hi = -lo;
+    for (int turn = 0; turn < 60; turn++) {
+        const double x = 0.5 * (lo + hi);
+        *(share_below(x, sigma_px) < share ? &lo : &hi) = x;
+    }
+    return 0.5 * (lo + hi);
+}
 
 static void spread(double sigma_px, points at[SETS])
 {
-    const double g = 1.1673039782614187; // g^5 = g + 1
+    const double g = 1.32471795724474602596; // g^3 = g + 1
+#pragma omp parallel for schedule(static)
     for (int set = 0; set < SETS; set++)
-        for (int k = 0; k < POINTS; k++) {
-            double u[4];
-            for (int d = 0; d < 4; d++) {
+        for (int k = 0; k < POINTS; k++)
+            for (int d = 0; d < 2; d++) {
                 const double x = 0.5 + (k + 1) / pow(g, d + 1) + set * sqrt(d + 2.);
-                u[d] = x - floor(x);
+                at[set][k][d] = place_of(x - floor(x), sigma_px);
             }
-            const double r = sigma_px * sqrt(-2 * log(u[2]));
-            at[set][k][0] = u[0] - 0.5 + r * cos(2 * M_PI * u[3]);
-            at[set][k][1] = u[1] - 0.5 + r * sin(2 * M_PI * u[3]);
-        }
 }
 
-// The mean over the points; near a pixel the map to the board is linear to 1e-6.
+// The mean over the points; near a pixel the map to the board is linear to 1e-6. Where two rings
+// about it, of four and two standard deviations, are of one shade, so is the pixel.
 static double pixel(const struct sim_board *b, const struct sim_view *v, const points at, int i,
                     int j)
 {
@@ -112,10 +132,22 @@ static double pixel(const struct sim_board *b, const struct sim_view *v, const p
     if (!hit(v, i, j, here) || !hit(v, i + 0.5, j, right) || !hit(v, i, j + 0.5, down) ||
         !hit(v, i - 0.5, j, left) || !hit(v, i, j - 0.5, up))
         return grey;
+    const double across[2] = {right[0] - left[0], right[1] - left[1]};
+    const double along[2] = {down[0] - up[0], down[1] - up[1]};
+    const double middle = shade(b, here[0], here[1]), reach = 0.71 + 4 * v->defocus_px;
+    bool even = true;
+    for (int k = 0; even && k < RING; k++) {
+        const double r = (k % 2 ? 0.5 : 1) * reach;
+        const double f = r * cos(2 * M_PI * k / RING), g = r * sin(2 * M_PI * k / RING);
+        even = shade(b, here[0] + f * across[0] + g * along[0],
+                     here[1] + f * across[1] + g * along[1]) == middle;
+    }
+    if (even)
+        return middle;
     for (int k = 0; k < POINTS; k++) {
         const double f = at[k][0], g = at[k][1];
-        sum += shade(b, here[0] + f * (right[0] - left[0]) + g * (down[0] - up[0]),
-                     here[1] + f * (right[1] - left[1]) + g * (down[1] - up[1]));
+        sum += shade(b, here[0] + f * across[0] + g * along[0],
+                     here[1] + f * across[1] + g * along[1]);
     }
     return sum / POINTS;
 }

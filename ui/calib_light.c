@@ -16,8 +16,17 @@ struct pictures {
     struct record now;
 };
 
+// Frees a picture that no flat has been divided out of from the lens's natural fall-off, cos^4: it
+// would move a wide lobe towards the picture's middle.
+static void divide_natural(float *light, const struct lens *l)
+{
+    for (int j = 0; j < l->head.h; j++)
+        for (int i = 0; i < l->head.w; i++)
+            light[(size_t)j * (size_t)l->head.w + (size_t)i] *= (float)pow(lens_ray(l, i, j).z, -4);
+}
+
 static bool read_pictures(const struct cli *cli, const struct lens *l, const char *lens_path,
-                          struct pictures *p, struct err *e)
+                          bool lobes, struct pictures *p, struct err *e)
 {
     if (cli->n > MOST)
         return err_set(e, ERR_USAGE, "calib light: %d pictures, at most %d", cli->n, MOST);
@@ -31,6 +40,8 @@ static bool read_pictures(const struct cli *cli, const struct lens *l, const cha
         record_from_image(&now, &im);
         const bool ok = record_fits(&l->head, lens_path, &now, e) || err_in(e, "%s", path);
         p->light[p->n] = ok ? light_from(&im, e) : NULL;
+        if (lobes && p->light[p->n] && !meta_text(&im.meta, "nacre.flat"))
+            divide_natural(p->light[p->n], l);
         if (p->n == 0)
             p->now = now;
         image_finish(&im);
@@ -70,8 +81,8 @@ static bool by_balls(const struct calib_args *a, const struct lens *l, const str
 }
 
 // The planes in which the sample lay: the views of the lens record that --poses names, else all.
-static bool find_planes(const struct calib_args *a, const struct lens *l, int n,
-                        struct plane plane[MOST], struct err *e)
+static bool find_views(const struct calib_args *a, const struct lens *l, int n, int at[MOST],
+                       struct err *e)
 {
     if (!a->poses && l->n != n)
         return err_set(e, ERR_USAGE,
@@ -89,7 +100,7 @@ static bool find_planes(const struct calib_args *a, const struct lens *l, int n,
         else if (view < 0)
             ok = err_set(e, ERR_DATA, "--poses: the lens record has no view %s", name);
         else
-            plane[k] = lens_plane(l, view);
+            at[k] = view;
     }
     if (ok && rest)
         ok = err_set(e, ERR_USAGE, "--poses names more boards than the %d pictures", n);
@@ -100,9 +111,9 @@ static bool find_planes(const struct calib_args *a, const struct lens *l, int n,
 static bool by_lobes(const struct calib_args *a, const struct lens *l, const struct pictures *p,
                      struct light *s, struct err *e)
 {
-    struct plane plane[MOST];
-    if (!find_planes(a, l, p->n, plane, e) ||
-        !light_lobes(s, l, plane, (const float *const *)p->light, p->n, e))
+    int view[MOST];
+    if (!find_views(a, l, p->n, view, e) ||
+        !light_lobes(s, l, view, (const float *const *)p->light, p->n, e))
         return false;
     snprintf(s->method, sizeof s->method, "lobe");
     return true;
@@ -131,8 +142,9 @@ bool calib_light(const struct calib_args *a, struct cli *cli, struct err *e)
                        "give the camera: --lens FILE, a record of 'nacre calib lens'");
     if (!lens_read(&l, a->lens, e))
         return false;
-    bool ok = read_pictures(cli, &l, a->lens, &p, e) &&
-              (isnan(a->radius_m) ? by_lobes(a, &l, &p, &s, e) : by_balls(a, &l, &p, &s, cli, e));
+    const bool lobes = isnan(a->radius_m);
+    bool ok = read_pictures(cli, &l, a->lens, lobes, &p, e) &&
+              (lobes ? by_lobes(a, &l, &p, &s, e) : by_balls(a, &l, &p, &s, cli, e));
     if (ok) {
         record_settings(&s.head, &p.now);
         s.head.iso = s.head.aperture = NAN; // a place does not know them

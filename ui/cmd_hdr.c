@@ -87,6 +87,8 @@ static void describe(struct hdr_job *job, const struct cli *cli)
     meta_set_text(m, "nacre.inputs", inputs);
     if (*records)
         meta_set_text(m, "nacre.records", records);
+    if (o->flat)
+        meta_set_text(m, "nacre.flat", o->flat);
     meta_set_text(m, "nacre.hdr.method", o->method);
     meta_set_nums(m, "nacre.hdr.time_s", f->time_s, f->n);
     meta_set_nums(m, "nacre.hdr.scale", scale, f->n);
