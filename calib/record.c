@@ -31,6 +31,7 @@ static const struct field {
     FIELD(w, WHOLE),
     FIELD(h, WHOLE),
     FIELD(valid, TEXT),
+    FIELD(valid_days, NUMBER),
     FIELD(residual, NUMBER),
     FIELD(residual_unit, TEXT),
 #undef FIELD
@@ -71,6 +72,12 @@ static void today(char *to, size_t size)
     strftime(to, size, "%Y-%m-%dT%H:%M:%SZ", &tm);
 }
 
+// Sensors, lenses, filters age over a year; what stands on a bench is moved within a month.
+static double days_of(const char *kind)
+{
+    return !strcmp(kind, "light") || !strcmp(kind, "geometry") ? 30 : 365;
+}
+
 void record_init(struct record *r, const char *kind, const char *valid, double residual,
                  const char *residual_unit)
 {
@@ -79,6 +86,7 @@ void record_init(struct record *r, const char *kind, const char *valid, double r
     snprintf(r->valid, sizeof r->valid, "%s", valid);
     snprintf(r->residual_unit, sizeof r->residual_unit, "%s", residual_unit);
     r->residual = residual;
+    r->valid_days = days_of(kind);
     today(r->date, sizeof r->date);
 }
 
@@ -116,6 +124,9 @@ void record_settings(struct record *r, const struct record *from)
     memcpy(all.valid, r->valid, sizeof all.valid);
     memcpy(all.residual_unit, r->residual_unit, sizeof all.residual_unit);
     all.residual = r->residual;
+    all.valid_days = r->valid_days;
+    if (!*all.date)
+        memcpy(all.date, r->date, sizeof all.date);
     *r = all;
 }
 
@@ -253,36 +264,5 @@ bool record_from_meta(struct record *out, const struct meta *m, const char *path
     if (!check_kind(&r, path, kind, e))
         return false;
     *out = r;
-    return true;
-}
-
-static bool same_number(double a, double b)
-{
-    return isnan(a) || isnan(b) || fabs(a - b) <= 0.01 * fmax(fabs(a), fabs(b));
-}
-
-bool record_fits(const struct record *r, const char *path, const struct record *now, struct err *e)
-{
-    static const struct {
-        const char *key, *word;
-    } compared[] = {{"device", "camera"},     {"lens", "lens"},
-                    {"iso", "ISO"},           {"aperture", "aperture f/"},
-                    {"focus_per_m", "focus"}, {"distance_m", "distance"}};
-    for (size_t c = 0; c < sizeof compared / sizeof *compared; c++)
-        for (int k = 0; k < N_FIELDS; k++) {
-            const struct field *f = &fields[k];
-            if (strcmp(f->key, compared[c].key))
-                continue;
-            const char *a = text_of(r, f), *b = text_of(now, f);
-            if (f->kind == TEXT && *a && *b && strcmp(a, b))
-                return err_set(e, ERR_DATA, "%s: made with %s '%s', but this is '%s'", path,
-                               compared[c].word, a, b);
-            if (f->kind == NUMBER && !same_number(*number_of(r, f), *number_of(now, f)))
-                return err_set(e, ERR_DATA, "%s: made with %s %.4g, but this is %.4g", path,
-                               compared[c].word, *number_of(r, f), *number_of(now, f));
-        }
-    if (r->w && now->w && (r->w != now->w || r->h != now->h))
-        return err_set(e, ERR_DATA, "%s: made at %d x %d pixels, but this is %d x %d", path, r->w,
-                       r->h, now->w, now->h);
     return true;
 }

@@ -12,6 +12,7 @@ struct record {
     char date[32];             // ISO 8601
     char device[96], lens[96]; // "" where not known
     char valid[160];           // what it holds for, in words
+    double valid_days;         // and for how long from its date; NAN: for ever
     char residual_unit[48];    // what the residual is and its unit
     double residual;           // NAN where there is none
     double iso, aperture;      // NAN where not known, as all below
@@ -46,5 +47,11 @@ bool record_from_meta(struct record *r, const struct meta *m, const char *path, 
                       struct err *e);
 
 // Refuses a record made with another camera, lens, ISO, aperture, focus, distance or resolution
-// than `now`, naming the first difference. What either side does not know is not compared.
+// than `now`, or more than its valid_days before, naming the first difference. What either side
+// does not know is not compared. (record_fits.c, as those below)
 bool record_fits(const struct record *r, const char *path, const struct record *now, struct err *e);
+bool record_fits_image(const struct record *r, const char *path, const struct image *photo,
+                       struct err *e);
+// The same for a record that is a picture; one without a record's keys is believed.
+bool record_image_fits(const struct image *made, const char *path, const char *kind,
+                       const struct image *photo, struct err *e);

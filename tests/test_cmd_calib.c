@@ -68,6 +68,11 @@ TEST(a_simulated_sensor_is_found_as_it_was_made)
     assert_int_equal(system("sed -i '/^device:/d; s/^iso:.*/iso: 800/' noise.yaml"), 0);
     refused("hdr session --noise noise.yaml -o out.yaml", 3,
             "noise.yaml: made with ISO 800, but this is 100");
+    assert_int_equal(system("sed -i '/^iso:/d; s/^date:.*/date: \"2020-02-01\"/' noise.yaml"), 0);
+    refused("hdr session --noise noise.yaml -o out.yaml", 3,
+            "noise.yaml: made on 2020-02-01 and valid for 365 days, but this is of 20");
+    assert_int_equal(system("sed -i '/^valid_days:/d' noise.yaml"), 0);
+    do_run("hdr session --noise noise.yaml -o merged.exr");
     write_text("scene.yaml", "sample:\n  kind: lcd\n  pitch: 25um\n"
                              "view:\n  width: 120\n  height: 90\n  h-per-pixel: 5e-3\n");
     write_text("plan.yaml", "name: test\nlights: [led]\nfilters: [open]\n"

@@ -105,6 +105,12 @@ TEST(mirror_balls_tell_where_the_light_is)
                                 "lens.yaml --radius 40mm -o light.yaml");
     assert_light(&r, 1e-3);
     do_run("calib geometry lens.yaml --light light.yaml -o geometry.exr");
+    assert_int_equal(system("sed '1idate: \"2020-02-01\"' lens.yaml > old.yaml"), 0);
+    do_run("calib geometry old.yaml --light light.yaml -o old.exr");
+    refused(
+        "calib spectral --lambda 530nm --grating ball0.png --lines 600/mm --geometry old.exr -o "
+        "out.yaml",
+        3, "old.exr: made on 2020-02-01 and valid for 30 days, but this is of 20");
 
     refused("calib light ball0.png --lens lens.yaml --radius 40mm -o out.yaml", 3,
             "one picture tells only the direction of the light");

@@ -116,6 +116,16 @@ TEST(a_record_reads_back_as_it_was_written)
     assert_false(record_fits(&head, "r.yaml", &now, &e));
     assert_string_equal(e.msg,
                         "r.yaml: made with camera 'A \"quoted\" camera', but this is 'Another'");
+    now = head;
+    snprintf(now.date, sizeof now.date, "2020-06-01T10:00:00");
+    snprintf(head.date, sizeof head.date, "2019-06-03T10:00:00");
+    assert_true(record_fits(&head, "r.yaml", &now, &e)); // 364 days, as 2020 leaps
+    snprintf(head.date, sizeof head.date, "2019-05-31");
+    assert_false(record_fits(&head, "r.yaml", &now, &e));
+    assert_string_equal(e.msg, "r.yaml: made on 2019-05-31 and valid for 365 days, but this is of "
+                               "2020-06-01: calibrate again");
+    head.valid_days = NAN;
+    assert_true(record_fits(&head, "r.yaml", &now, &e));
     unlink(path);
 }
 

@@ -78,9 +78,11 @@ static bool half_vectors(const struct calib_args *a, const struct image *im, int
         bool ok = true;
         if (iu < 0 || iv < 0)
             ok = err_set(e, ERR_DATA, "%s: not a geometry record", a->geometry);
-        else if (g.w != im->w || g.h != im->h)
+        else if (g.w != im->w || g.h != im->h) // a bare picture too
             ok = err_set(e, ERR_DATA, "%s: made at %d x %d pixels, but this is %d x %d",
                          a->geometry, g.w, g.h, im->w, im->h);
+        else
+            ok = record_image_fits(&g, a->geometry, "geometry", im, e);
         for (size_t k = 0; ok && k < (size_t)im->w * (size_t)im->h; k++) {
             u[k] = g.px[k * (size_t)g.nc + (size_t)iu];
             v[k] = g.px[k * (size_t)g.nc + (size_t)iv];

@@ -54,20 +54,6 @@ static double reach_of(const struct lut_args *a, double lambda_m)
     return a->range * lambda_m / (CIE_FIRST_NM * 1e-9) * 1.02;
 }
 
-// A record of nacre calib geometry holds for one camera, lens and focus; a bare picture is
-// believed.
-static bool geometry_fits(const struct image *geometry, const struct image *photo, const char *path,
-                          struct err *e)
-{
-    struct record made, now;
-    if (!meta_text(&geometry->meta, "nacre.calib.kind"))
-        return true;
-    record_init(&now, "geometry", "", NAN, "");
-    record_from_image(&now, photo);
-    return record_from_meta(&made, &geometry->meta, path, "geometry", e) &&
-           record_fits(&made, path, &now, e);
-}
-
 static bool place(struct lut_pattern *p, const struct image *im, int channel, double lambda_m,
                   const struct lut_args *a, const char *center_option, const char *center,
                   struct err *e)
@@ -87,7 +73,7 @@ static bool place(struct lut_pattern *p, const struct image *im, int channel, do
                        "--center");
     if (!image_read(&geometry, a->geometry, e))
         return false;
-    const bool ok = geometry_fits(&geometry, im, a->geometry, e) &&
+    const bool ok = record_image_fits(&geometry, a->geometry, "geometry", im, e) &&
                     (lut_geometry(im, channel, &geometry, a->scale, reach_of(a, lambda_m), p, e) ||
                      err_in(e, "%s", a->geometry));
     image_finish(&geometry);
@@ -95,28 +81,31 @@ static bool place(struct lut_pattern *p, const struct image *im, int channel, do
 }
 
 // A record of another filter: the photograph says what it was taken through.
-static bool band_fits(const struct spectrum *band, const char *path, const struct image *photo,
-                      struct err *e)
+static bool band_fits(const struct lut_job *job, const struct image *photo, struct err *e)
 {
+    const char *path = job->args->band;
     double taken_m;
+    if (*job->band_made.kind && !record_fits_image(&job->band_made, path, photo, e))
+        return false;
     if (!meta_num(&photo->meta, "nacre.lambda_m", &taken_m))
         return true;
-    const double band_m = lut_effective_wavelength(band, 2);
+    const double band_m = lut_effective_wavelength(&job->band, 2);
     return fabs(taken_m - band_m) < 20e-9 ||
            err_set(e, ERR_DATA, "%s: made for %.0f nm, but this was taken at %.0f nm", path,
                    band_m * 1e9, taken_m * 1e9);
 }
 
-static bool read_pattern(struct lut_pattern *p, const char *path, double lambda_m,
-                         const struct spectrum *band, const struct lut_args *a,
-                         const char *center_option, const char *center, struct err *e)
+static bool read_pattern(const struct lut_job *job, struct lut_pattern *p, const char *path,
+                         double lambda_m, const char *center_option, const char *center,
+                         struct err *e)
 {
+    const struct lut_args *a = job->args;
     struct image im = {0};
     int channel = 0;
     if (!image_read(&im, path, e))
         return false;
     bool ok = (pick_channel(&im, a, lambda_m, &channel, e) &&
-               (!band || band_fits(band, a->band, &im, e))) ||
+               (p != &job->pattern || !job->band.n || band_fits(job, &im, e))) ||
               err_in(e, "%s", path);
     ok = ok && (place(p, &im, channel, lambda_m, a, center_option, center, e) ||
                 (e->code == ERR_DATA && !a->geometry ? err_in(e, "%s", path) : false));
@@ -128,7 +117,7 @@ static bool read_pattern(struct lut_pattern *p, const char *path, double lambda_
 }
 
 // A curve of nm,value or a record of nacre calib spectral.
-static bool read_band(const char *path, struct spectrum *band, struct err *e)
+static bool read_band(const char *path, struct spectrum *band, struct record *made, struct err *e)
 {
     const char *ext = path_ext(path);
     struct passband record;
@@ -140,6 +129,7 @@ static bool read_band(const char *path, struct spectrum *band, struct err *e)
         log_warn("%s: its grating showed %.1f nm, its curves %.1f nm", path, record.grating_m * 1e9,
                  record.lambda_m * 1e9);
     *band = record.band;
+    *made = record.head;
     return true;
 }
 
@@ -148,7 +138,7 @@ static bool find_wavelength(struct lut_job *job, double exponent, struct err *e)
 {
     const struct lut_args *a = job->args;
     job->lambda_m = a->lambda_m;
-    if (a->band && !read_band(a->band, &job->band, e))
+    if (a->band && !read_band(a->band, &job->band, &job->band_made, e))
         return false;
     if (a->deband && !a->band)
         return err_set(e, ERR_USAGE, "--deband needs --band FILE");
@@ -181,7 +171,7 @@ static bool find_exponent(struct lut_job *job, struct err *e)
                        "--exponent auto needs the sample through another filter: "
                        "--second PATTERN --second-lambda L");
     struct lut_pattern second = {0};
-    const bool ok = read_pattern(&second, a->second, a->second_lambda_m, NULL, a, "second-center",
+    const bool ok = read_pattern(job, &second, a->second, a->second_lambda_m, "second-center",
                                  a->second_center, e) &&
                     lut_exponent(&job->pattern, job->lambda_m, &second, a->second_lambda_m,
                                  &job->exponent, &job->exponent_sigma, e);
@@ -240,8 +230,7 @@ bool lut_job_open(struct lut_job *job, const char *pattern, const struct lut_arg
     const bool ok =
         illuminant_get(&job->light, args->illuminant, e) &&
         find_wavelength(job, exponent > 0 ? exponent : 2, e) &&
-        read_pattern(&job->pattern, pattern, job->lambda_m, job->band.n ? &job->band : NULL, args,
-                     "center", args->center, e) &&
+        read_pattern(job, &job->pattern, pattern, job->lambda_m, "center", args->center, e) &&
         find_exponent(job, e) && read_psf(job, e);
     if (!ok)
         lut_job_finish(job);

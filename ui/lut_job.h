@@ -1,5 +1,6 @@
 // lut_job.h - what nacre lut was asked for, and the pattern, band and light it reads for that.
 #pragma once
+#include "calib/record.h"
 #include "process/lut_psf.h"
 #include "ui/cli.h"
 
@@ -31,6 +32,7 @@ struct lut_args {
 struct lut_job {
     const struct lut_args *args;
     struct spectrum light, band; // band.n 0: none given
+    struct record band_made;     // when and with what; empty for a bare curve
     double lambda_m;
     struct lut_pattern pattern;
     double exponent, exponent_sigma; // sigma NAN: given, not measured
