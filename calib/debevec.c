@@ -183,6 +183,7 @@ bool response_debevec(struct response *out, const struct bracket *b, double *log
             reweigh(&r, &px, log_base, corrected, weight);
     }
     r.pixels = px.count;
+    ok = ok && response_check(&r, e);
     if (ok) {
         *out = r;
         if (log_scale)

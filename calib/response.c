@@ -49,6 +49,16 @@ bool response_code_ok(const struct response *r, int code)
     return code >= r->code_min && code <= r->code_max;
 }
 
+// Real brackets leave 0.05 to 0.2 (noise, things that moved), frames of different scenes about 0.9.
+bool response_check(const struct response *r, struct err *e)
+{
+    return r->residual < 0.5 ||
+           err_set(e, ERR_DATA,
+                   "the frames follow no curve: pixels miss it by a factor of %.1f (rms); not one "
+                   "scene, or not these exposure times",
+                   exp(r->residual));
+}
+
 // Pool adjacent violators.
 void response_make_monotone(double y[RESPONSE_CODES])
 {

@@ -38,12 +38,15 @@ void response_linear(struct response *r, int nc);
 // Least squares over ln X, ln E and, when log_scale is not NULL, a correction of each exposure time
 // (added to ln t; Debevec & Malik 1997, with every ln E eliminated, so that many pixels can be
 // used). Corrections neither shift nor stretch the scale of ln t as a whole: no bracket can tell
-// that. ERR_DATA: fewer than two frames, all black, all saturated.
+// that. ERR_DATA: fewer than two frames, all black, all saturated, frames that follow no curve.
 bool response_debevec(struct response *r, const struct bracket *b, double *log_scale,
                       struct err *e);
 
 // Alternating estimates of E and X with Gaussian certainty (Robertson et al. 2003).
 bool response_robertson(struct response *r, const struct bracket *b, struct err *e);
+
+// ERR_DATA where the residual is not that of one scene at these exposure times.
+bool response_check(const struct response *r, struct err *e);
 
 double response_slope(const double log_x[RESPONSE_CODES], int z); // d ln X / d code, never 0
 

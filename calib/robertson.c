@@ -135,6 +135,7 @@ bool response_robertson(struct response *out, const struct bracket *b, struct er
     r.residual = count ? sqrt(sum / (double)count) : 0;
     r.pixels = px.count;
     bracket_pixels_finish(&px);
+    ok = ok && response_check(&r, e);
     if (ok)
         *out = r;
     return ok;

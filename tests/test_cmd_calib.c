@@ -2,6 +2,8 @@
 // what is refused.
 #include "tests/test.h"
 
+#include "core/imgfile.h"
+#include "tests/noise.h"
 #include "tests/run.h"
 
 static void write_text(const char *path, const char *text)
@@ -132,6 +134,29 @@ TEST(what_cannot_be_calibrated_is_refused)
     refused("calib bokeh absent.png --lines 600/mm --blaze 13deg --turn up -o out.yaml", 2,
             "--turn");
     refused("calib flat absent.exr -o out.yaml", 5, "absent.exr");
+
+    // what no bracket is: frames of noise, one picture said to be three exposures, a white dark
+    // frame
+    uint64_t seed = 5;
+    for (int k = 0; k < 5; k++) {
+        char name[20];
+        struct image im;
+        struct err e;
+        assert_true(image_init(&im, 64, 48, 1, &e));
+        for (int i = 0; i < 64 * 48; i++)
+            im.px[i] = (float)(k < 4 ? noise_uniform(&seed) : 1);
+        snprintf(name, sizeof name, "%d.png", k);
+        assert_true(image_write(&im, name, &e));
+        image_finish(&im);
+    }
+    refused("calib response 0.png 1.png 2.png 3.png --times 1,2,4,8 -o out.yaml", 3,
+            "the frames follow no curve");
+    refused("calib response 0.png 1.png 2.png --times 1,2,4 --method robertson -o out.yaml", 3,
+            "the frames follow no curve");
+    refused("hdr 0.png 1.png 2.png --times 1,2,4 -o out.yaml", 3, "the frames follow no curve");
+    refused("hdr 0.png 0.png 0.png --times 1,2,4 --linear -o out.yaml", 3,
+            "0.png: shows 0.50 times the light of 0.png at the same place");
+    refused("calib dark 4.png 4.png --times 1,2 -o out.yaml", 3, "8-bit pictures carry a curve");
 }
 
 TEST(the_reference_grating_is_measured)

@@ -9,6 +9,7 @@
 #include "core/imgfile.h"
 #include "core/log.h"
 #include "core/mem.h"
+#include "core/sort.h"
 #include "process/exposure.h"
 #include "ui/calib.h"
 #include "ui/frames.h"
@@ -36,6 +37,23 @@ static int given_times(const struct calib_args *a, int n, double *t, struct err 
     return count;
 }
 
+static bool is_dark(const struct image *im, const char *path, struct err *e)
+{
+    enum { MOST = 10000 };
+    float probe[MOST];
+    double encoded = 0;
+    if (im->nc != 1)
+        return err_set(e, ERR_DATA, "%s: has %d channels, a sensor's counts have one", path,
+                       im->nc);
+    if (meta_num(&im->meta, "nacre.encoded", &encoded) && encoded > 0)
+        return err_set(e, ERR_DATA, "%s: 8-bit pictures carry a curve: a dark record is of counts",
+                       path);
+    const size_t n = sorted_probe(im->px, (size_t)im->w * (size_t)im->h, probe, MOST);
+    return (double)probe[n / 2] < 0.5 * file_white(im) ||
+           err_set(e, ERR_DATA, "%s: half of its pixels are above %g, half of white: no dark frame",
+                   path, 0.5 * file_white(im));
+}
+
 static bool dark_from_files(const struct calib_args *a, const struct cli *cli, struct dark *dark,
                             struct err *e)
 {
@@ -48,8 +66,7 @@ static bool dark_from_files(const struct calib_args *a, const struct cli *cli, s
         const char *path = cli->operand[k];
         struct image im = {0};
         ok = image_read(&im, path, e) && image_check_finite(&im, path, e) &&
-             (im.nc == 1 || err_set(e, ERR_DATA, "%s: has %d channels, a sensor's counts have one",
-                                    path, im.nc)) &&
+             is_dark(&im, path, e) &&
              (given || meta_num(&im.meta, "expTime", &time_s[k]) ||
               err_set(e, ERR_DATA, "%s: no exposure time inside: give --times T,..", path)) &&
              (time_s[k] > 0 ||

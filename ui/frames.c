@@ -24,8 +24,7 @@ void frames_finish(struct frames *f)
     *f = (struct frames){0};
 }
 
-// Where the samples of a file end: a sensor's white level, full scale of 16 bits, else unknown.
-static double file_white(const struct image *im)
+double file_white(const struct image *im)
 {
     double white, encoded;
     if (meta_num(&im->meta, "nacre.white", &white))

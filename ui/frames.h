@@ -27,11 +27,14 @@ struct frames {
 };
 
 // Reads them all. ERR_DATA: fewer than two, sizes or kinds that differ, NaN; each names the file.
+// Where the samples of a file end: a sensor's white level, full scale of 16 bits, else unknown.
+double file_white(const struct image *im);
 bool frames_read(struct frames *f, int n, char *const *path, struct err *e);
 void frames_finish(struct frames *f); // accepts a zeroed struct
 
 // Refuses a dark of another camera, ISO or size.
-bool frames_dark_fits(const struct frames *f, const struct dark *d, const char *name, struct err *e);
+bool frames_dark_fits(const struct frames *f, const struct dark *d, const char *name,
+                      struct err *e);
 
 // Takes black off linear frames: the dark's when given (it must fit the camera), else the level
 // that the files state.

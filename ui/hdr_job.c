@@ -97,6 +97,21 @@ static bool check_shift(const struct hdr_job *job, struct cli *cli, struct err *
     return true;
 }
 
+// Lights drift by some per cent between frames; a factor is a mistake.
+static bool check_scales(const struct hdr_job *job, struct err *e)
+{
+    const struct frames *f = &job->frames;
+    for (int k = 1; k < f->n; k++) {
+        const double step = job->log_scale[k] - job->log_scale[k - 1];
+        if (fabs(step) > log(1.7))
+            return err_set(e, ERR_DATA,
+                           "%s: shows %.2f times the light of %s at the same place: not these "
+                           "exposure times, or another scene",
+                           f->path[k], exp(step), f->path[k - 1]);
+    }
+    return true;
+}
+
 // The curve and the exposure corrections of an 8-bit bracket.
 static bool get_response(struct hdr_job *job, struct bracket *b, struct response *r,
                          struct cli *cli, struct err *e)
@@ -147,6 +162,8 @@ static bool merge_codes(struct hdr_job *job, enum hdr_method method, struct cli 
                         .code = (const uint8_t *const *)f->code,
                         .time_s = time_s};
     if (!get_response(job, &b, &r, cli, e))
+        return false;
+    if (!check_scales(job, e))
         return false;
     for (int k = 0; k < f->n; k++)
         time_s[k] *= exp(job->log_scale[k]);
@@ -201,6 +218,8 @@ static bool merge_linear(struct hdr_job *job, enum hdr_method method, struct cli
         if (unlinked && f->n > 1)
             doc_int(cli->doc, "scale_unlinked", unlinked);
     }
+    if (!check_scales(job, e))
+        return false;
     for (int k = 0; k < f->n; k++)
         time_s[k] *= exp(job->log_scale[k]);
     return align_frames(&h, job->shift, e) && check_shift(job, cli, e) &&
