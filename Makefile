@@ -30,6 +30,13 @@ check: release dev
 check-vm: release
 	@cmake --build $(BUILD) --target check-vm
 
+# Debian packages into build-deb/; check-deb installs them in a fresh Debian in a folder, and removes them (as root).
+deb: deps
+	@tools/deb.sh
+
+check-deb: deb
+	@tools/check_deb.sh build-deb
+
 bench: release
 	@$(BUILD)/bin/nacre bench
 
@@ -51,6 +58,6 @@ format: deps
 	@git ls-files '*.c' '*.h' '*.cpp' | xargs clang-format -i
 
 clean:
-	@rm -rf build build-dev build-tsan demo-out gallery-out library-out cluster-out
+	@rm -rf build build-dev build-tsan build-deb demo-out gallery-out library-out cluster-out
 
-.PHONY: all deps release dev demo gallery library check check-cluster check-vm bench bench-peers format clean
+.PHONY: all deps release dev demo gallery library check check-cluster check-vm deb check-deb bench bench-peers format clean

@@ -48,9 +48,10 @@ static char *runtime_folder(struct err *e)
 char *endpoint_path(struct err *e)
 {
     const char *given = getenv("NACRE_SOCKET");
-    if (given && *given)
+    const bool own = given && !strcmp(given, "own");
+    if (given && *given && !own)
         return xstrdup(given);
-    if (!access(service, W_OK))
+    if (!own && !access(service, W_OK))
         return xstrdup(service);
     char *folder = runtime_folder(e), *program = daemon_program();
     char *path = NULL;

@@ -2,7 +2,8 @@
 #pragma once
 #include "core/err.h"
 
-// NACRE_SOCKET; else the service's /run/nacre/nacred.sock when it is there; else a socket in this
+// NACRE_SOCKET; else the service's /run/nacre/nacred.sock when it is there (not with
+// NACRE_SOCKET=own: the service cannot write to home folders); else a socket in this
 // user's runtime folder that belongs to the very nacred beside this program, so that an old one
 // that still runs is never talked to by a new client. Allocated; NULL when there is no safe folder.
 char *endpoint_path(struct err *e);

@@ -206,12 +206,32 @@ static int run(const struct command *cmd, int argc, char **argv, int skip)
     return ok ? 0 : (int)e.code;
 }
 
+static const struct command *find_command(const struct command *const commands[], const char *name)
+{
+    for (const struct command *const *c = commands; *c; c++)
+        if (!strcmp((*c)->name, name))
+            return *c;
+    return NULL;
+}
+
+static int man(const struct command *const commands[], const char *name)
+{
+    const struct command *cmd = name ? find_command(commands, name) : NULL;
+    if (cmd)
+        cli_man_command(cmd, stdout);
+    else if (!name)
+        cli_man(commands, stdout);
+    else
+        log_error("man: no command '%s'; nacre --help lists them", name);
+    return cmd || !name ? 0 : ERR_USAGE;
+}
+
 int cli_main(int argc, char **argv, const struct command *const commands[])
 {
     const char *name = argc > 1 ? argv[1] : "--help";
-    for (const struct command *const *c = commands; *c; c++)
-        if (!strcmp((*c)->name, name))
-            return run(*c, argc, argv, 2);
+    const struct command *cmd = find_command(commands, name);
+    if (cmd)
+        return run(cmd, argc, argv, 2);
     if (!strcmp(name, "--help") || !strcmp(name, "help") || !strcmp(name, "-h")) {
         cli_help(commands, stdout);
         return argc > 1 ? 0 : ERR_USAGE;
@@ -224,6 +244,8 @@ int cli_main(int argc, char **argv, const struct command *const commands[])
         cli_completion(commands, stdout);
         return 0;
     }
+    if (!strcmp(name, "man"))
+        return man(commands, argc > 2 ? argv[2] : NULL);
     log_error("unknown command '%s'; nacre --help lists them", name);
     return ERR_USAGE;
 }
@@ -246,6 +268,10 @@ int cli_program(int argc, char **argv, const struct command *cmd)
     }
     if (argc == 2 && !strcmp(argv[1], "--completion")) {
         cli_completion_program(cmd, stdout);
+        return 0;
+    }
+    if (argc == 2 && !strcmp(argv[1], "--man")) {
+        cli_man_command(cmd, stdout);
         return 0;
     }
     return run(cmd, argc, argv, 1);

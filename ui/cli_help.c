@@ -97,7 +97,8 @@ void cli_help(const struct command *const commands[], FILE *to)
           to);
     for (const struct command *const *c = commands; *c; c++)
         fprintf(to, "  %-12s %s\n", (*c)->name, (*c)->summary);
-    fputs("  completion   print the bash completion script\n\n"
+    fputs("  completion   print the bash completion script\n"
+          "  man          print a command's manual page: nacre man lut | man -l -\n\n"
           "nacre COMMAND --help tells the options. Quantities carry units (530nm, 0.25um, 13deg, "
           "1/60s);\n"
           "bare numbers are SI. Exit: 0 done, 2 usage, 3 bad data, 4 hardware, 5 file system, 6 "
@@ -119,7 +120,8 @@ void cli_completion(const struct command *const commands[], FILE *to)
           to);
     for (const struct command *const *c = commands; *c; c++)
         fprintf(to, "%s ", (*c)->name);
-    fputs("completion\" -- \"$cur\"))\n        return\n    fi\n    case \"${COMP_WORDS[1]} $prev\" "
+    fputs("completion man\" -- \"$cur\"))\n        return\n    fi\n    case \"${COMP_WORDS[1]} "
+          "$prev\" "
           "in\n",
           to);
     for (const struct command *const *c = commands; *c; c++)

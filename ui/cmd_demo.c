@@ -316,6 +316,7 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
     struct run done[N_STEPS] = {0};
     char *sim = data_path("rigs/sim.yaml", e),
          *rigs = sim ? xasprintf("%.*s", (int)(strlen(sim) - strlen("/sim.yaml")), sim) : NULL;
+    setenv("NACRE_SOCKET", "own", false); // the service could not write to this folder
     bool ok = rigs && prepare(args->out, e);
     for (int k = 0; ok && k < N_STEPS; k++)
         ok = run_step(&plan[k], args->out, rigs, &done[k], e);

@@ -14,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char help[] =
@@ -64,6 +65,17 @@ static void beat(void *ctx)
     loop_arm(m->beat, clock_boot_ns() + m->every_ns);
 }
 
+// The log beside the socket (endpoint.h) when it has nothing to say, then the socket.
+static void tidy(const char *socket)
+{
+    char *log = xasprintf("%s.log", socket);
+    struct stat st;
+    if (!stat(log, &st) && S_ISREG(st.st_mode) && !st.st_size)
+        unlink(log);
+    unlink(socket);
+    free(log);
+}
+
 // `path` is unlinked while it is still listened at: a nacred that is started now makes its own.
 static bool serve(int listening, const char *path, double idle_s, struct err *e)
 {
@@ -78,7 +90,7 @@ static bool serve(int listening, const char *path, double idle_s, struct err *e)
     service_say_ready();
     const bool ok = loop_run(l, e);
     if (path)
-        unlink(path);
+        tidy(path);
     service_say_stopping();
     daemon_free(m.daemon);
     loop_free(l);
