@@ -45,6 +45,7 @@ void dark_add(struct dark_sums *s, const float *counts, double time_s)
     s->frames++;
     s->t += time_s;
     s->tt += time_s * time_s;
+    s->ttt += time_s * time_s * time_s;
     for (size_t k = 0; k < n; k++) {
         const float x = counts[k] - s->reference;
         s->x[k] += x;
@@ -93,6 +94,17 @@ static double fit(const struct dark_sums *s, struct dark *d, float *residual)
     return sum / (double)count;
 }
 
+// The time whose dark current makes the noise of the mean residual: every frame's, by what the line
+// leaves of that frame, 1 - 1 / f - (t - mean)^2 / sum of (t - mean)^2.
+static double noise_time_s(const struct dark_sums *s)
+{
+    const double f = s->frames, mean = s->t / f, spread = s->tt - s->t * mean;
+    if (s->exposures < 2 || s->frames < 3)
+        return mean;
+    const double pull = (s->ttt - 2 * mean * s->tt + mean * mean * s->t) / spread;
+    return (s->t - mean - pull) / (f - 2);
+}
+
 // Rates back to the median as far as they are noise; black is refitted with the rate that stays.
 static void shrink(const struct dark_sums *s, struct dark *d)
 {
@@ -135,6 +147,7 @@ bool dark_end(struct dark_sums *s, struct dark *out, struct err *e)
         if (s->frames == 2) // two frames of two exposures: a constant, no line
             d.exposures = 1;
         shrink(s, &d);
+        d.level = d.exposures > 1 ? fmax(0, d.rate_median * noise_time_s(s)) : 0;
         record_init(&d.head, "dark", "this sensor, gain and temperature", d.read_noise,
                     "read noise, counts rms");
         d.head.w = d.w;
@@ -184,9 +197,10 @@ bool dark_write(const struct dark *d, const char *command, const char *path, str
     meta_set_text(&im.meta, "nacre.version", NACRE_VERSION);
     meta_set_text(&im.meta, "nacre.command", command);
     record_to_meta(&d->head, &im.meta);
-    meta_set_nums(&im.meta, "nacre.dark",
-                  (double[]){d->black_mean, d->rate_median, d->read_noise, d->frames, d->exposures},
-                  5);
+    meta_set_nums(
+        &im.meta, "nacre.dark",
+        (double[]){d->black_mean, d->rate_median, d->read_noise, d->frames, d->exposures, d->level},
+        6);
     const bool ok = image_write(&im, path, e);
     image_finish(&im);
     return ok;
@@ -200,7 +214,7 @@ bool dark_read(struct dark *out, const char *path, struct err *e)
         return false;
     const struct meta_item *m = meta_find(&im.meta, "nacre.dark");
     bool ok = record_from_meta(&d.head, &im.meta, path, "dark", e) &&
-              ((im.nc == 3 && m && m->n == 5) ||
+              ((im.nc == 3 && m && m->n >= 5) ||
                err_set(e, ERR_DATA, "%s: a dark record without its numbers", path)) &&
               image_check_finite(&im, path, e);
     const int black = image_channel_index(&im, "black"), rate = image_channel_index(&im, "rate"),
@@ -219,6 +233,7 @@ bool dark_read(struct dark *out, const char *path, struct err *e)
         d.read_noise = m->num[2];
         d.frames = (int)fmax(1, m->num[3]);
         d.exposures = (int)m->num[4];
+        d.level = m->n > 5 ? m->num[5] : 0;
         for (size_t k = 0; k < n; k++) {
             d.black[k] = im.px[3 * k + (size_t)black];
             d.rate[k] = im.px[3 * k + (size_t)rate];

@@ -15,6 +15,7 @@ struct dark {
     uint8_t *hot; // [h][w] 1: leave this pixel out, owned
     double black_mean, rate_median;
     double read_noise; // counts rms of one frame
+    double level;      // mean dark current, counts, in the frames that read_noise was seen in
     int frames, exposures;
     long n_hot;
 };
@@ -22,9 +23,9 @@ struct dark {
 // Sums over dark frames, one at a time.
 struct dark_sums {
     int w, h, frames, exposures;
-    double first_time_s, t, tt; // sums
-    float reference;            // taken off every count: keeps the sums exact in float
-    float *x, *xt, *xx;         // [h][w], owned
+    double first_time_s, t, tt, ttt; // sums
+    float reference;                 // taken off every count: keeps the sums exact in float
+    float *x, *xt, *xx;              // [h][w], owned
 };
 bool dark_begin(struct dark_sums *s, int w, int h, struct err *e);
 void dark_add(struct dark_sums *s, const float *counts, double time_s);

@@ -108,7 +108,7 @@ bool noise_end(const struct noise_sums *s, struct noise *out, struct err *e)
     int bins = 0;
     const double faint = s->dark_samples > 0 ? FAINT * sqrt(s->dark_variance) : -INFINITY;
     if (s->dark_samples > 0) {
-        level[bins] = 0;
+        level[bins] = s->dark_level;
         square[bins] = s->dark_variance;
         count[bins++] = s->dark_samples;
     }

@@ -29,9 +29,10 @@ struct noise_sums { // zeroed at first but for black, white and model
     // read^2 and gain of the round before, to leave out what it does not explain (flicker, spilled
     // charge); 0, 0 in the first round, which goes by medians.
     double model[2];
-    // Known from dark frames, else 0: their variance and how many samples it stands on. Then faint
-    // pixels are not used: sorted by their own counts, most of them are fainter than they look.
-    double dark_variance, dark_samples;
+    // Known from dark frames, else 0: their level, variance and how many samples it stands on. Then
+    // faint pixels are not used: sorted by their own counts, most of them are fainter than they
+    // look.
+    double dark_level, dark_variance, dark_samples;
 };
 
 // A pair of equal exposures; hot[h][w] or NULL marks pixels to leave out. Neighbours of saturated

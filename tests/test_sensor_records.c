@@ -122,6 +122,38 @@ TEST(photon_transfer_gives_gain_within_1_and_read_noise_within_3_percent)
     free(s);
 }
 
+TEST(the_noise_of_dark_current_is_no_read_noise)
+{
+    struct sensor *s = sensor_new();
+    struct dark_sums darks;
+    struct dark d;
+    struct noise n;
+    struct err e = {0};
+    float *px = xcalloc(PIXELS, sizeof *px);
+    for (int k = 0; k < PIXELS; k++)
+        s->rate[k] = 8;
+    assert_true(dark_begin(&darks, W, H, &e));
+    for (int k = 0; k < 12; k++) {
+        const double time_s = 0.01 * pow(4, k % 4); // 10 to 640 ms
+        expose(s, 0, 0, time_s, px);
+        dark_add(&darks, px, time_s);
+    }
+    assert_true(dark_end(&darks, &d, &e));
+    struct noise_sums sums = {.black = black,
+                              .white = white,
+                              .model = {read_noise * read_noise, gain},
+                              .dark_level = d.level,
+                              .dark_variance = d.read_noise * d.read_noise,
+                              .dark_samples = 12. * PIXELS};
+    transfer(s, 3000, &sums);
+    assert_true(noise_end(&sums, &n, &e));
+    assert_true(d.read_noise > 1.04 * read_noise); // the dark frames' own noise has both
+    assert_near(n.read / sqrt(read_noise * read_noise + 1 / 12.), 1, 0.01);
+    dark_finish(&d);
+    free(px);
+    free(s);
+}
+
 TEST(frames_that_cannot_tell_noise_are_refused)
 {
     struct sensor *s = sensor_new();
@@ -208,6 +240,7 @@ TEST(a_sensor_that_bends_is_told_from_one_that_does_not)
 
 TEST_MAIN(cmocka_unit_test(dark_frames_give_black_read_noise_current_and_hot_pixels),
           cmocka_unit_test(photon_transfer_gives_gain_within_1_and_read_noise_within_3_percent),
+          cmocka_unit_test(the_noise_of_dark_current_is_no_read_noise),
           cmocka_unit_test(frames_that_cannot_tell_noise_are_refused),
           cmocka_unit_test(a_flat_is_the_light_of_an_even_target_dust_or_not),
           cmocka_unit_test(a_sensor_that_bends_is_told_from_one_that_does_not))

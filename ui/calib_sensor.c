@@ -176,6 +176,7 @@ static bool measure_noise(const struct frames *f, const struct dark *d, double b
     for (int round = 0; round < 3; round++) { // by medians, then trimmed, then trimmed well
         struct noise_sums s = {.black = black, .white = white, .model = {model[0], model[1]}};
         if (d->frames) {
+            s.dark_level = d->level;
             s.dark_variance = d->read_noise * d->read_noise;
             s.dark_samples = (double)d->frames * d->w * d->h;
         }
