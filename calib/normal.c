@@ -31,25 +31,27 @@ void normal_add(struct normal *s, int k, const int at[], const double x[], doubl
     s->count++;
 }
 
-// a = L L^T in the lower triangle. A pivot that loses 13 digits to the ones before is not
-// determined.
-static bool cholesky(double *a, int n)
+// a = L L^T in the lower triangle; false when a pivot loses too much to the ones before.
+static bool cholesky(double *a, int n, double *condition)
 {
+    *condition = 1;
     for (int i = 0; i < n; i++) {
         double *ri = a + (size_t)i * (size_t)n;
         const double before = ri[i];
-        for (int j = 0; j <= i; j++) {
+        for (int j = 0; j < i; j++) {
             const double *rj = a + (size_t)j * (size_t)n;
             double sum = ri[j];
             for (int k = 0; k < j; k++)
                 sum -= ri[k] * rj[k];
-            if (j < i)
-                ri[j] = sum / rj[j];
-            else if (sum > 1e-13 * before)
-                ri[i] = sqrt(sum);
-            else
-                return false;
+            ri[j] = sum / rj[j];
         }
+        double pivot = before;
+        for (int k = 0; k < i; k++)
+            pivot -= ri[k] * ri[k];
+        *condition = pivot > 0 ? fmax(*condition, before / pivot) : INFINITY;
+        if (!(*condition < NORMAL_LIMIT))
+            return false;
+        ri[i] = sqrt(pivot);
     }
     return true;
 }
@@ -57,8 +59,11 @@ static bool cholesky(double *a, int n)
 bool normal_solve(struct normal *s, double *out, double *inverse_diagonal, struct err *e)
 {
     const int n = s->n;
-    if (!cholesky(s->a, n))
-        return err_set(e, ERR_DATA, "the observations do not determine the %d unknowns", n);
+    if (!cholesky(s->a, n, &s->condition))
+        return err_set(e, ERR_DATA,
+                       "the observations do not determine the %d unknowns (condition %.1g, at most "
+                       "%.0g)",
+                       n, s->condition, NORMAL_LIMIT);
     for (int i = 0; i < n; i++) {
         double sum = s->b[i];
         for (int k = 0; k < i; k++)

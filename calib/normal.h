@@ -6,12 +6,16 @@
 #include "core/err.h"
 
 struct normal {
-    int n;      // unknowns
-    double *a;  // [n][n] sum of w x x^T; the lower triangle is used
-    double *b;  // [n] sum of w x y
-    double yy;  // sum of w y^2
-    long count; // observations
+    int n;            // unknowns
+    double *a;        // [n][n] sum of w x x^T; the lower triangle is used
+    double *b;        // [n] sum of w x y
+    double yy;        // sum of w y^2
+    long count;       // observations
+    double condition; // set by normal_solve(): how much the largest pivot loses to those before, an
+                      // estimate of the condition of the matrix scaled to a unit diagonal
 };
+
+#define NORMAL_LIMIT 1e13 // three of double's sixteen digits are left
 
 void normal_init(struct normal *s, int n);
 void normal_finish(struct normal *s); // accepts a zeroed struct
@@ -20,5 +24,6 @@ void normal_finish(struct normal *s); // accepts a zeroed struct
 void normal_add(struct normal *s, int k, const int at[], const double x[], double y, double w);
 
 // The unknowns into out[n], and (when not NULL) the diagonal of the inverse, for standard errors.
-// ERR_DATA when the observations do not determine every unknown. Destroys s->a.
+// ERR_DATA when the observations do not determine every unknown: a condition above NORMAL_LIMIT.
+// Destroys s->a.
 bool normal_solve(struct normal *s, double *out, double *inverse_diagonal, struct err *e);

@@ -2,12 +2,24 @@
 #define _GNU_SOURCE
 #include "core/geom.h"
 
+double v3_norm_far(struct vec3 a)
+{
+    return hypot(hypot(a.x, a.y), a.z);
+}
+
+struct vec3 v3_unit_far(struct vec3 a)
+{
+    const double most = fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    const struct vec3 b = v3(a.x / most, a.y / most, a.z / most);
+    return v3_scale(1 / sqrt(v3_dot(b, b)), b);
+}
+
 bool frame_from(struct vec3 tangent, struct vec3 normal, struct frame *f)
 {
     const double ln = v3_norm(normal), lt = v3_norm(tangent);
     if (!(ln > 0 && isfinite(ln) && lt > 0 && isfinite(lt)))
         return false;
-    const struct vec3 n = v3_scale(1 / ln, normal), t = v3_scale(1 / lt, tangent);
+    const struct vec3 n = v3_unit(normal), t = v3_unit(tangent);
     const struct vec3 across = v3_sub(t, v3_scale(v3_dot(t, n), n));
     if (v3_norm(across) < 1e-6)
         return false;

@@ -33,13 +33,22 @@ static inline double v3_dot(struct vec3 a, struct vec3 b)
 {
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+// The same for components whose squares leave the range of double.
+double v3_norm_far(struct vec3 a);
+struct vec3 v3_unit_far(struct vec3 a);
+static inline bool v3_is_near(double square)
+{
+    return square > 1e-280 && square < 1e300;
+}
 static inline double v3_norm(struct vec3 a)
 {
-    return sqrt(v3_dot(a, a));
+    const double square = v3_dot(a, a);
+    return v3_is_near(square) ? sqrt(square) : v3_norm_far(a);
 }
-static inline struct vec3 v3_unit(struct vec3 a)
+static inline struct vec3 v3_unit(struct vec3 a) // NAN for a zero vector
 {
-    return v3_scale(1 / v3_norm(a), a);
+    const double square = v3_dot(a, a);
+    return v3_is_near(square) ? v3_scale(1 / sqrt(square), a) : v3_unit_far(a);
 }
 static inline struct vec3 v3_cross(struct vec3 a, struct vec3 b)
 {

@@ -10,17 +10,23 @@ static const double tau = 6.28318530717958647693;
 
 double taylor_remainder(double y, int order)
 {
-    double r = 1;
-    for (int k = 1; k <= order + 1; k++)
-        r *= y / k;
-    return r;
+    double r = 1; // times 2^power: terms on the way may be larger than any double
+    int power = 0;
+    for (int k = 1; k <= order + 1; k++) {
+        int p;
+        r = frexp(r * (y / k), &p);
+        power += p;
+    }
+    return ldexp(r, power);
 }
 
 int taylor_order(double y, double remainder)
 {
+    const double wanted = log(remainder);
+    double at = log(y); // of the remainder
     int order = 0;
-    while (taylor_remainder(y, order) > remainder)
-        order++;
+    while (at > wanted)
+        at += log(y / (++order + 1));
     return order;
 }
 

@@ -7,8 +7,9 @@
 #pragma once
 #include "process/tables_pass.h"
 
-double taylor_remainder(double y, int order);
-int taylor_order(double y, double remainder); // the least order with a remainder that small
+double taylor_remainder(double y, int order); // INFINITY beyond the range of double
+int taylor_order(double y,
+                 double remainder); // y, remainder > 0: the least order with a remainder that small
 
 // An even count is cut inside the order count / 2. Adds to meta: "nacre.taylor_order",
 // "nacre.taylor_y", "nacre.taylor_remainder", "nacre.taylor_order_needed" (for the tolerance, 1e-3

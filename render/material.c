@@ -51,21 +51,26 @@ double fresnel_schlick(double r0, double cos_half)
 
 double fresnel_dielectric(double ior, double cos_i)
 {
-    const double cos_t = sqrt(fmax(0, 1 - (1 - cos_i * cos_i) / (ior * ior)));
+    // the root of (n^2 - 1 + c^2) / n^2: keeps its digits where light grazes a coat hardly there
+    const double cos_t = hypot(sqrt((ior - 1) * (ior + 1)), cos_i) / ior;
+    if (!(cos_i + cos_t > 0))
+        return 0; // no coat
     const double s = (cos_i - ior * cos_t) / (cos_i + ior * cos_t);
     const double p = (ior * cos_i - cos_t) / (ior * cos_i + cos_t);
     return (s * s + p * p) / 2;
 }
 
-// Cook and Torrance 1982: Beckmann slopes, V-groove shadowing, Schlick for F. f, without F.
+// Cook and Torrance 1982: Beckmann slopes, V-groove shadowing, Schlick for F. f cos_i, without F.
 static double beckmann_lobe(double m, struct vec3 wi, struct vec3 wo, double *cos_half)
 {
     const struct vec3 h = v3_unit(v3_add(wi, wo));
-    const double hn2 = h.z * h.z;
+    const double hn2 = h.z * h.z, slope2 = (h.x * h.x + h.y * h.y) / (hn2 * m * m);
     *cos_half = v3_dot(h, wo);
-    const double d = exp((hn2 - 1) / (hn2 * m * m)) / (M_PI * m * m * hn2 * hn2);
-    const double g = fmin(1, 2 * h.z * fmin(wi.z, wo.z) / *cos_half);
-    return d * g / (4 * wi.z * wo.z);
+    if (!(slope2 < 700)) // less than any double, whatever it is divided by
+        return 0;
+    const double d = exp(-slope2) / (M_PI * m * m * hn2 * hn2);
+    // shadowing, at most 1, over 4 cos_o
+    return d * fmin(0.25 / wo.z, h.z * (fmin(wi.z, wo.z) / wo.z) / (2 * *cos_half));
 }
 
 bool material_choose(struct material *m, const char *name, struct err *e)
@@ -114,7 +119,7 @@ void material_diffraction(const struct material *m, struct vec3 wi, struct vec3 
     out[0] = out[1] = out[2] = 0;
     const struct vec3 h = v3_add(wi, wo);
     const double x = 1 + v3_dot(wi, wo);
-    double weight = fresnel_schlick(m->r0, sqrt(x / 2)) * x * x / wo.z;
+    double weight = fresnel_schlick(m->r0, sqrt(fmax(0, x) / 2)) * x * x / wo.z;
     switch (m->diffraction) {
     case DIFFRACTION_NONE: return;
     case DIFFRACTION_TABLE:
@@ -145,7 +150,7 @@ bool material_has_specular(const struct material *m)
 void material_specular(const struct material *m, struct vec3 wi, struct vec3 wo, double out[3])
 {
     double cos_half;
-    const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half) * wi.z;
+    const double lobe = beckmann_lobe(m->roughness, wi, wo, &cos_half);
     for (int c = 0; c < 3; c++)
         out[c] = lobe * fresnel_schlick(m->specular[c], cos_half);
 }

@@ -15,7 +15,7 @@ float schlick(float at_normal, float cos_half)
 
 float dielectric(float ior, float cos_i)
 {
-    float cos_t = sqrt(max(0.0, 1.0 - (1.0 - cos_i * cos_i) / (ior * ior)));
+    float cos_t = sqrt((ior - 1.0) * (ior + 1.0) + cos_i * cos_i) / ior; // as in material.c
     float s = (cos_i - ior * cos_t) / (cos_i + ior * cos_t);
     float p = (ior * cos_i - cos_t) / (ior * cos_i + cos_t);
     return 0.5 * (s * s + p * p);
