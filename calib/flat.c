@@ -63,14 +63,13 @@ bool flat_fit(struct flat *out, const struct image *im, int nc, struct err *e)
     if (im->w < 8 || im->h < 8 || nc < 1 || nc > FLAT_CHANNELS)
         return err_set(e, ERR_DATA, "a flat needs 8 x 8 pixels or more");
     for (int c = 0; c < nc; c++) {
-        double rms = 0, mean = 0, lo = INFINITY, hi = 0;
+        double rms = 0, lo = INFINITY, hi = 0;
         enum { GRID = 33 };
         if (!fit_channel(&f, im, c, &rms, e))
             return false;
         for (int k = 0; k < GRID * GRID; k++) {
             const double v = flat_at(&f, c, k % GRID * (im->w - 1) / (GRID - 1.0),
                                      (double)(k / GRID) * (im->h - 1) / (GRID - 1.0));
-            mean += v / (GRID * GRID);
             lo = fmin(lo, v);
             hi = fmax(hi, v);
         }
@@ -81,8 +80,9 @@ bool flat_fit(struct flat *out, const struct image *im, int nc, struct err *e)
             return err_set(e, ERR_DATA,
                            "the target is %.0f %% rms off any smooth surface: not an even target",
                            100 * rms);
+        const double middle = flat_at(&f, c, 0.5 * (im->w - 1), 0.5 * (im->h - 1));
         for (int k = 0; k < POLY_TERMS; k++)
-            f.term[c][k] /= mean;
+            f.term[c][k] /= middle;
         worst = fmax(worst, rms);
         f.corner = c ? f.corner : lo / hi;
     }

@@ -1,7 +1,7 @@
 // flat.h - vignetting times the light's fall-off: what an even, diffuse target looks like.
 //
-// A polynomial of degree 4 per channel, 1 at its mean over the frame. Radiance divided by it is
-// what an even camera under even light would have seen.
+// A polynomial of degree 4 per channel, 1 in the middle of the frame, where a rig's responsivity
+// holds. Radiance divided by it is what an even camera under even light would have seen.
 #pragma once
 #include "calib/poly.h"
 #include "calib/record.h"

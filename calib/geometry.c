@@ -13,6 +13,18 @@ struct bench {
     double at_origin; // cos_i / r^2 there
 };
 
+// The frame of the sample at a place of its plane; false: outside the sample.
+static bool frame_at(const struct bench *b, struct vec3 at, struct frame *f)
+{
+    const struct geometry_options *o = b->opt;
+    *f = b->f;
+    if (!o->radial)
+        return !(fabs(at.x) > 0.5 * o->size_m[0] || fabs(at.y) > 0.5 * o->size_m[1]);
+    const double r = hypot(at.x, at.y);
+    return r > fmax(1e-9, o->hub_m) && !(r > 0.5 * o->size_m[0]) &&
+           frame_from(frame_world(&b->f, v3(at.x, at.y, 0)), b->f.n, f);
+}
+
 static bool pixel(const struct bench *b, int i, int j, float out[CHANNELS])
 {
     const struct geometry_options *o = b->opt;
@@ -22,11 +34,12 @@ static bool pixel(const struct bench *b, int i, int j, float out[CHANNELS])
         return false;
     const struct vec3 x = v3_scale(far, ray);
     const struct vec3 at = frame_local(&b->f, v3_sub(x, b->origin_m));
-    if (fabs(at.x) > 0.5 * o->size_m[0] || fabs(at.y) > 0.5 * o->size_m[1])
+    struct frame local;
+    if (!frame_at(b, at, &local))
         return false;
     const struct vec3 to_light = v3_sub(o->light_m, x);
     const struct vec3 wi = v3_unit(to_light), wo = v3_scale(-1, ray);
-    const struct vec3 h = frame_local(&b->f, v3_add(wi, wo));
+    const struct vec3 h = frame_local(&local, v3_add(wi, wo));
     const double cos_i = v3_dot(wi, b->f.n), cos_o = v3_dot(wo, b->f.n), wi_wo = v3_dot(wi, wo);
     const double beam = -v3_dot(wi, b->axis);
     if (!(cos_i > 0 && beam > 0))

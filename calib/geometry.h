@@ -16,6 +16,8 @@ struct geometry_options {
     struct vec3 light_m; // in camera coordinates
     double turn_rad;     // of the sample on the board, from t towards b
     double size_m[2];    // of the sample about the origin along t and b; NAN: no end
+    bool radial;         // of a disc t runs outwards; size_m[0] is its diameter
+    double hub_m;        // of a disc: inside this radius nothing is seen
     double beam;         // radiant intensity falls as cos^beam about the axis to the origin
     double r0;           // F0^2 of the sample
     bool schlick;        // F^2 = R0 + (1 - R0) (1 - cos)^5; else constant

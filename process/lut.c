@@ -29,6 +29,8 @@ static bool check(const struct lut_request *r, struct err *e)
                        r->wavelengths);
     if (r->band && !(r->noise_limit > 1 && isfinite(r->noise_limit)))
         return err_set(e, ERR_DATA, "bad noise limit %g: must be above 1", r->noise_limit);
+    if (r->filters && !lut_filters_check(r->filters, e))
+        return false;
     if (r->band && r->method != LUT_AUTO && r->method != LUT_EXACT)
         return err_set(e, ERR_DATA, "only the exact method can undo the photograph's band");
     return table_nodes_check(r->n, r->range, r->power, e);
@@ -68,8 +70,9 @@ static enum lut_method pick(const struct lut_request *r, char *why, size_t size)
 }
 
 // What no sum with these weights can be below, a pattern nowhere below its least value given.
-static void find_lowest(const struct lut_pattern *p, const struct lp_kernel *k, float lowest[3])
+static void find_lowest(const struct lut_request *r, const struct lp_kernel *k, float lowest[3])
 {
+    const struct lut_pattern *p = r->pattern;
     float least = 0;
     double sum[3] = {0};
     for (size_t i = 0; i < (size_t)p->w * (size_t)p->h; i++)
@@ -78,7 +81,7 @@ static void find_lowest(const struct lut_pattern *p, const struct lp_kernel *k, 
         for (int c = 0; c < 3; c++)
             sum[c] += k->weight[q][c];
     for (int c = 0; c < 3; c++)
-        lowest[c] = (float)(sum[c] * (double)least);
+        lowest[c] = r->filters ? -INFINITY : (float)(sum[c] * (double)least);
 }
 
 // Splines swing below zero around sharp lobes; the table is cut off where only they can reach.
@@ -108,7 +111,7 @@ static bool build(const struct lut_request *r, struct table *t, struct lut_repor
     if (!lut_kernel_init(&k, r, &report->skipped_band, e))
         return false;
     float lowest[3];
-    find_lowest(r->pattern, &k, lowest);
+    find_lowest(r, &k, lowest);
     bool ok = lut_cover(r->pattern, &k, t, &report->uncovered, e) &&
               (!r->band || lut_deband(&k, r, &report->noise_gain, e)) &&
               methods[report->method](r, &k, t, report, e);

@@ -9,6 +9,7 @@
 #include "core/spectrum.h"
 #include "core/table.h"
 #include "process/logpolar.h"
+#include "process/lut_filters.h"
 #include "process/lut_pattern.h"
 
 enum lut_method {
@@ -34,6 +35,10 @@ struct lut_request {
     // The photograph's filter x light x channel over wavelength, to be undone (LUT_EXACT); or NULL.
     const struct spectrum *band;
     double noise_limit; // of undoing it: noise may grow by this factor, > 1
+    // One of several photographs: the table is its part of the sum (lut_filters_add), and is not
+    // cut off at what no pattern can be below. NULL: the photograph stands alone.
+    const struct lut_filters *filters;
+    int filter;
 };
 
 // What was done and what it cost.

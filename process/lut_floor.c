@@ -26,7 +26,7 @@ bool lut_floor(const struct lut_request *r, const struct lp_kernel *k, struct ta
         u[i] = table_node(t, i);
     for (int q = 0; q < WAVELENGTHS; q++) {
         const double ratio = r->lambda_m / band.lambda_m[q], px_per_u = ratio / p->h_per_px;
-        const double factor = pow(ratio, r->exponent) / (4 * M_PI * M_PI * r->f0 * r->f0);
+        const double factor = lut_factor(r, band.lambda_m[q]);
         for (int j = 0; j < t->n; j++) {
             const double y = floor(p->cy + u[j] * px_per_u);
             if (y < 0 || y >= p->h)

@@ -7,6 +7,8 @@
 // share of 380..780 nm that is left out because P cmf is nothing there.
 bool lut_kernel_init(struct lp_kernel *k, const struct lut_request *r, double *skipped,
                      struct err *e);
+// The same factor at one wavelength: (lm/l)^e / (4 pi^2 F0^2) and the photograph's part.
+double lut_factor(const struct lut_request *r, double lambda_m);
 void lut_kernel_finish(struct lp_kernel *k); // accepts a zeroed struct
 
 // Changes the kernel so that it also undoes the band of the photograph, r->band; *gain is what that

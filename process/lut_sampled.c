@@ -59,7 +59,7 @@ bool lut_sampled(const struct lut_request *r, const struct lp_kernel *k, struct 
         const double ratio = r->lambda_m / band.lambda_m[q];
         px_per_u[q] = ratio / p->h_per_px;
         for (int c = 0; c < 3; c++)
-            band.weight[q][c] *= pow(ratio, r->exponent) / (4 * M_PI * M_PI * r->f0 * r->f0);
+            band.weight[q][c] *= lut_factor(r, band.lambda_m[q]);
     }
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < t->n; j++)

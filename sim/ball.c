@@ -80,8 +80,11 @@ bool ball_photo(const struct sim_ball *b, const struct sim_view *v, struct image
 #pragma omp parallel for schedule(dynamic, 4)
     for (int j = 0; j < v->h; j++)
         for (int i = 0; i < v->w; i++) {
-            int inside = 0;
-            for (int q = 0; q < SUB * SUB; q++)
+            int corners = 0; // tell, unless the edge runs through the pixel
+            for (int q = 0; q < 4; q++)
+                corners += on_ball(b, v, view_ray(v, i - 0.5 + q % 2, j - 0.5 + (q > 1)));
+            int inside = corners == 4 ? SUB * SUB : 0;
+            for (int q = 0; corners % 4 && q < SUB * SUB; q++)
                 inside += on_ball(b, v,
                                   view_ray(v, i - 0.5 + (q % SUB + (q / SUB + 0.5) / SUB) / SUB,
                                            j - 0.5 + (q / SUB + (q % SUB + 0.5) / SUB) / SUB));

@@ -70,6 +70,27 @@ bool band_of_rig(struct band *b, const struct rig *rig, int light, int filter, b
     return ok;
 }
 
+bool band_of_eye(struct band *b, const struct spectrum *illuminant, struct err *e)
+{
+    const double step = 1.25e-9, scale = illuminant_scale(illuminant);
+    const int n = 1 + (int)lround((CIE_LAST_NM - CIE_FIRST_NM) * 1e-9 / step);
+    if (!(scale > 0) || !isfinite(scale))
+        return err_set(e, ERR_DATA, "the illuminant has no luminance between %d and %d nm",
+                       CIE_FIRST_NM, CIE_LAST_NM);
+    *b = (struct band){n, xcalloc((size_t)n, sizeof(double)),
+                       xcalloc((size_t)n, 3 * sizeof(double)), 1};
+    for (int k = 0; k < n; k++) {
+        const double l = CIE_FIRST_NM * 1e-9 + k * step;
+        double xyz[3];
+        cie_xyz(l, xyz);
+        for (int c = 0; c < 3; c++)
+            xyz[c] *= (k == 0 || k == n - 1 ? 0.5 : 1) * step * scale * spectrum_at(illuminant, l);
+        b->lambda_m[k] = l;
+        xyz_to_rgb(xyz, &b->weight[3 * k]);
+    }
+    return true;
+}
+
 bool band_gaussian(struct band *b, double centre_m, double fwhm_m, double irradiance, bool bayer,
                    struct err *e)
 {

@@ -5,6 +5,7 @@
 // it.
 #pragma once
 #include "core/rig.h"
+#include "core/spectrum.h"
 
 enum { BAND_CHANNELS = 3 };
 
@@ -21,4 +22,7 @@ bool band_of_rig(struct band *b, const struct rig *rig, int light, int filter, b
 // A Gaussian of this full width at half maximum.
 bool band_gaussian(struct band *b, double centre_m, double fwhm_m, double irradiance, bool bayer,
                    struct err *e);
+// Another light as an eye sees it: linear sRGB by the CIE observer, of a light whose luminance is
+// 1. Two wavelengths a lobe of the finest pattern: every 1.25 nm.
+bool band_of_eye(struct band *b, const struct spectrum *illuminant, struct err *e);
 void band_finish(struct band *b); // accepts a zeroed struct

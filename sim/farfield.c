@@ -191,36 +191,49 @@ double farfield_order(const struct farfield *f, int m, int n, double q)
     return order_at(f, m, n, at_q);
 }
 
+// |c|^2 of the orders near (f_x, f_y), summed once for all lobes; none when there are too many.
+enum { KEPT = 256 };
+struct near {
+    int m0, m1, n0, n1; // within reach of the widest lobe
+    bool kept;
+    double power[KEPT]; // [n1 - n0 + 1][m1 - m0 + 1]
+};
+
+static void near_init(struct near *a, const struct farfield *p, const double *at_q)
+{
+    const int row = a->m1 - a->m0 + 1;
+    a->kept = row * (a->n1 - a->n0 + 1) <= KEPT;
+    for (int n = a->n0; a->kept && n <= a->n1; n++)
+        for (int m = a->m0; m <= a->m1; m++)
+            a->power[(n - a->n0) * row + m - a->m0] = order_at(p, m, n, at_q);
+}
+
 double farfield_at(const struct farfield *p, double u, double v, double w, double lambda_m)
 {
     const struct sample *s = p->sample;
     const double q = w / lambda_m;
     double f[2], gx[2 * REACH + 1], gy[2 * REACH + 1], at_q[MAX_NODES], sum = 0;
     struct lobes l;
-    bool near = false;
+    struct near a;
     to_lattice(s, u, v, lambda_m, f);
     lobes_at(s, q, &l);
+    const double widest = l.width2[l.n - 1];
+    if (!gaussians(f[0], s->period_x_m, p->m_max, widest, &a.m0, &a.m1, gx) ||
+        !gaussians(f[1], s->period_y_m, p->n_max, widest, &a.n0, &a.n1, gy))
+        return 0;
+    weights_at(p, q, at_q);
+    near_init(&a, p, at_q);
     for (int k = 0; k < l.n; k++) {
         int m0, m1, n0, n1;
         if (!gaussians(f[0], s->period_x_m, p->m_max, l.width2[k], &m0, &m1, gx) ||
             !gaussians(f[1], s->period_y_m, p->n_max, l.width2[k], &n0, &n1, gy))
             continue;
-        if (!near)
-            weights_at(p, q, at_q);
-        near = true;
         double lobe = 0;
         for (int n = n0; n <= n1; n++) {
+            const int at = (n - a.n0) * (a.m1 - a.m0 + 1) - a.m0;
             double row = 0;
-            for (int m = m0; m <= m1; m++) {
-                const double *power =
-                    p->power +
-                    ((size_t)(n + p->n_max) * (size_t)(2 * p->m_max + 1) + (size_t)(m + p->m_max)) *
-                        (size_t)p->n_q;
-                double c2 = 0;
-                for (int j = 0; j < p->n_q; j++)
-                    c2 += at_q[j] * power[j];
-                row += gx[m - m0] * c2;
-            }
+            for (int m = m0; m <= m1; m++)
+                row += gx[m - m0] * (a.kept ? a.power[at + m] : order_at(p, m, n, at_q));
             lobe += gy[n - n0] * row;
         }
         sum += l.weight[k] * lobe;

@@ -23,8 +23,9 @@ static bool range_of(const struct sim_scene *s, const struct band *b, struct far
                 if (!(at[k].factor > 0))
                     continue;
                 h_max = fmax(h_max, hypot(at[k].u, at[k].v));
-                w_min = fmin(w_min, at[k].w);
-                w_max = fmax(w_max, at[k].w);
+                const double w = s->table_of ? view_w(s->table_of, at[k].u, at[k].v) : at[k].w;
+                w_min = fmin(w_min, w);
+                w_max = fmax(w_max, w);
             }
             if (at[0].factor > 0 && last.factor > 0)
                 change = fmax(change, hypot(at[0].u - last.u, at[0].v - last.v));
@@ -47,6 +48,11 @@ static void expose_pixel(const struct sim_scene *s, const struct band *b, const 
     struct sight at[SIGHTS];
     double sum[3] = {0};
     const int n = view_sights(&s->view, &s->sample, i, j, at);
+    for (int p = 0; p < n && s->table_of; p++) {
+        const double w = view_w(s->table_of, at[p].u, at[p].v);
+        at[p].factor *= at[p].w * at[p].w / (w * w);
+        at[p].w = w;
+    }
     for (int p = 0; p < n; p++)
         for (int k = 0; k < b->n && at[p].factor > 0; k++) {
             const double d = at[p].share * at[p].factor *
@@ -137,9 +143,38 @@ static bool photo_disc(const struct sim_scene *s, const struct band *b, double f
     return ok;
 }
 
+// A target for calibration, as bright as its picture times a white wall; the even one is a wall.
+static bool photo_target(const struct sim_scene *s, const struct band *b, struct image *out,
+                         struct err *e)
+{
+    struct image one = {0}, im;
+    const struct sim_view *v = &s->view;
+    const int nc = s->sensor.bayer ? 3 : 1;
+    if ((s->target == SIM_BOARD && !board_photo(&s->board, v, &one, e)) ||
+        (s->target == SIM_BALL && !ball_photo(&s->ball, v, &one, e)))
+        return err_in(e, "%s", s->path);
+    if (!image_init(&im, v->w, v->h, nc, e)) {
+        image_finish(&one);
+        return false;
+    }
+    for (int j = 0; j < im.h; j++)
+        for (int i = 0; i < im.w; i++) {
+            const size_t k = (size_t)j * (size_t)im.w + (size_t)i;
+            const double part = one.px ? (double)one.px[k] : 1;
+            for (int c = 0; c < nc; c++)
+                im.px[k * (size_t)nc + (size_t)c] =
+                    (float)(part * b->irradiance / M_PI * view_vignetting(v, i, j));
+        }
+    image_finish(&one);
+    *out = im;
+    return true;
+}
+
 bool photo_focused(const struct sim_scene *s, const struct band *b, double focus_per_m,
                    struct image *out, struct err *e)
 {
+    if (s->target != SIM_SAMPLE)
+        return photo_target(s, b, out, e);
     if (isnan(focus_per_m) || !(focus_per_m > 0))
         return photo_pattern(s, b, out, e);
     if (focus_per_m >= 0.5 * s->bokeh.focus_per_m)

@@ -83,11 +83,14 @@ static bool read_sensor(struct sim_sensor *s, struct ynode *root, const struct r
 static bool read_all(struct sim_scene *s, struct yaml *y, const struct rig *rig, struct err *e)
 {
     struct ynode *root = yaml_root(y), *sample = NULL;
-    const bool ok = ymap_map(root, "sample", Y_NEEDED, &sample, e) &&
+    int target = SIM_SAMPLE;
+    const bool ok = ymap_choice(root, "target", Y_OPTIONAL, "sample|board|ball|even", &target, e) &&
+                    ymap_map(root, "sample", Y_NEEDED, &sample, e) &&
                     sample_read(&s->sample, sample, s->path, e) &&
                     read_sensor(&s->sensor, root, rig, e) &&
                     view_read(&s->view, root, &s->sample, e) && bokeh_read(&s->bokeh, root, e) &&
                     board_read(&s->board, root, s->path, e) && ball_read(&s->ball, root, e);
+    s->target = (enum sim_target)target;
     struct err ignored;
     return yaml_close(y, ok, ok ? e : &ignored) && ok;
 }

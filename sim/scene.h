@@ -28,10 +28,17 @@ struct sim_sensor {
     double exposure_step_s, exposure_min_s, exposure_max_s;
 };
 
+// What lies before the camera: the sample, or what a rig is calibrated with.
+enum sim_target { SIM_SAMPLE, SIM_BOARD, SIM_BALL, SIM_EVEN };
+
 struct sim_scene {
     char *path; // owned
+    enum sim_target target;
     struct sample sample;
     struct sim_view view;
+    const struct sim_view
+        *table_of; // orders as strong as at the h.n of its photograph, which is what
+                   // a table from it knows; NULL: at every pixel's own; not owned
     struct sim_bokeh bokeh;
     struct sim_board board; // calibration targets
     struct sim_ball ball;

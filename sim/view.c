@@ -153,7 +153,7 @@ static int light_points(const struct sim_view *v, struct vec3 out[SIGHTS])
 int view_sights(const struct sim_view *v, const struct sample *s, double i, double j,
                 struct sight out[SIGHTS])
 {
-    struct vec3 x, light[SIGHTS];
+    struct vec3 x = {0}, light[SIGHTS];
     struct frame local;
     if (v->fourier) {
         out[0] = (struct sight){.w = NAN, .lm = NAN, .share = 1};

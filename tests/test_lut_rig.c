@@ -177,5 +177,74 @@ TEST(a_geometry_record_of_an_even_view_changes_nothing)
     sim_scene_finish(&s);
 }
 
+// A relief too deep for any exponent: photographs at three wavelengths tell what one cannot.
+TEST(three_filters_follow_a_deep_relief)
+{
+    static const double lambda_m[] = {450e-9, 530e-9, 650e-9};
+    struct sim_scene s =
+        scene("sample: {kind: shapes, period: [20um, 20um], ground: 1, shapes: [{x: [0, 0.5], y: "
+              "[0, 0.4], amplitude: 1, height: 130nm}]}\n"
+              "view: {width: 200, height: 200, h-per-pixel: 1.5e-3}\n");
+    struct spectrum light = {0};
+    struct table truth, sum = {0};
+    struct lut_report report;
+    struct err e = {0};
+    assert_true(illuminant_get(&light, "E", &e));
+    assert_true(table_init(&truth, 121, 0.08, 1, 1, &e));
+    assert_true(truth_table(&s.sample, &s.view, &light, &truth, &e));
+    double error[2];
+    for (int several = 0; several < 2; several++) {
+        const struct lut_filters filters = {3, {lambda_m[0], lambda_m[1], lambda_m[2]}};
+        for (int k = several ? 0 : 1; k < (several ? 3 : 2); k++) {
+            struct lut_pattern p = photograph(&s, lambda_m[k], 0.15);
+            struct table t;
+            const struct lut_request r = {.pattern = &p,
+                                          .lambda_m = lambda_m[k],
+                                          .light = &light,
+                                          .f0 = sqrt(s.sample.r0),
+                                          .exponent = 2,
+                                          .n = truth.n,
+                                          .range = truth.range,
+                                          .power = 1,
+                                          .tolerance = 1e-4,
+                                          .filters = several ? &filters : NULL,
+                                          .filter = k};
+            if (!lut_build(&r, &t, &report, &e))
+                fail_msg("%s", e.msg);
+            if (sum.tab) {
+                lut_filters_add(&sum, &t);
+                table_finish(&t);
+            } else {
+                sum = t;
+            }
+            lut_pattern_finish(&p);
+        }
+        double diff = 0, norm = 0;
+        for (int k = 0; k < 3 * truth.n * truth.n; k++) {
+            diff += (sum.tab[k] - truth.tab[k]) * (sum.tab[k] - truth.tab[k]);
+            norm += truth.tab[k] * truth.tab[k];
+        }
+        error[several] = sqrt(diff / norm);
+        table_finish(&sum);
+    }
+    print_message("error from one filter %.3f, from three %.4f\n", error[0], error[1]);
+    assert_true(error[0] > 0.1);
+    assert_true(error[1] < 0.03);
+    table_finish(&truth);
+    spectrum_finish(&light);
+    sim_scene_finish(&s);
+}
+
+TEST(photographs_that_are_not_in_order_are_refused)
+{
+    struct err e;
+    assert_false(lut_filters_check(&(struct lut_filters){2, {530e-9, 450e-9}}, &e));
+    assert_non_null(strstr(e.msg, "from short to long wavelengths, 5 nm apart or more"));
+    assert_false(lut_filters_check(&(struct lut_filters){2, {530e-9, 531e-9}}, &e));
+    assert_true(lut_filters_check(&(struct lut_filters){2, {450e-9, 530e-9}}, &e));
+}
+
 TEST_MAIN(cmocka_unit_test(two_filters_tell_the_exponent_and_so_the_third_colour),
-          cmocka_unit_test(a_geometry_record_of_an_even_view_changes_nothing))
+          cmocka_unit_test(a_geometry_record_of_an_even_view_changes_nothing),
+          cmocka_unit_test(three_filters_follow_a_deep_relief),
+          cmocka_unit_test(photographs_that_are_not_in_order_are_refused))

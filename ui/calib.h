@@ -18,7 +18,8 @@ struct calib_args {
     const char *grating, *geometry, *center; // spectral
     double lambda_m, width_m, accuracy_m, h_per_px;
     const char *size, *fresnel; // geometry
-    double beam, r0;
+    const char *tangents;
+    double beam, r0, hub_m;
 };
 
 // cli->operand holds what stands behind the verb.

@@ -36,6 +36,8 @@ static bool find_light(const struct calib_args *a, const struct lens *l, struct 
 static bool read_options(const struct calib_args *a, struct geometry_options *o, struct err *e)
 {
     *o = (struct geometry_options){.size_m = {NAN, NAN},
+                                   .radial = !strcmp(a->tangents, "radial"),
+                                   .hub_m = a->hub_m,
                                    .beam = a->beam,
                                    .r0 = a->r0,
                                    .schlick = !strcmp(a->fresnel, "schlick")};

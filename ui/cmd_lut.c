@@ -1,15 +1,18 @@
-// cmd_lut.c - nacre lut: the diffraction table from one photograph of the pattern.
+// cmd_lut.c - nacre lut: the diffraction table from photographs of the pattern.
 #define _GNU_SOURCE
 #include "core/log.h"
+#include "core/mem.h"
 #include "ui/commands.h"
 #include "ui/lut_job.h"
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
 #define AT(field) offsetof(struct lut_args, field)
 static const struct opt opts[] = {
-    {"lambda", OPT_NUM, AT(lambda_m), "L", NULL,
-     "wavelength of the photograph (default: the band's effective one)", UNIT_M},
-    {"band", OPT_FILE, AT(band), "FILE", NULL,
+    {"lambda", OPT_LIST, AT(lambda), "L,..", NULL,
+     "wavelength of every photograph (default: its band's effective one)"},
+    {"band", OPT_LIST, AT(band), "FILE,..", NULL,
      "what it was taken through, filter x light x channel: a CSV of nm,value or a record of 'nacre "
      "calib spectral'"},
     {"deband", OPT_FLAG, AT(deband), NULL, NULL, "undo the blur of the band"},
@@ -52,14 +55,50 @@ static const struct opt opts[] = {
 };
 #undef AT
 
-static void record(struct table *t, const struct lut_job *job, const struct lut_report *report,
-                   const struct cli *cli)
+// Several photographs of one sample through several filters, their options taken apart.
+struct photographs {
+    int n;
+    char *bands; // the list, cut into its files
+    struct lut_args args[LUT_FILTERS];
+    struct lut_filters filters;
+};
+
+static bool take_apart(struct photographs *p, const struct lut_args *a, int n, struct err *e)
+{
+    double lambda_m[LUT_FILTERS];
+    const int given = a->lambda ? cli_numbers(a->lambda, UNIT_M, lambda_m, LUT_FILTERS, e) : 0;
+    if (given < 0)
+        return err_in(e, "--lambda");
+    if (given && given != n)
+        return err_set(e, ERR_USAGE, "--lambda: %d wavelengths for %d photographs", given, n);
+    if (n > 1 && !strcmp(a->exponent, "auto"))
+        return err_set(e, ERR_USAGE,
+                       "several photographs measure how the orders change with the wavelength: "
+                       "leave out --exponent auto");
+    p->n = n;
+    p->bands = a->band ? xstrdup(a->band) : NULL;
+    char *rest = p->bands;
+    for (int k = 0; k < n; k++) {
+        p->args[k] = *a;
+        p->args[k].lambda_m = given ? lambda_m[k] : NAN;
+        p->args[k].band = n == 1 ? a->band : strsep(&rest, ",");
+        if (a->band && !p->args[k].band)
+            return err_set(e, ERR_USAGE, "--band: %d files for %d photographs", k, n);
+    }
+    return n == 1 || !rest ||
+           err_set(e, ERR_USAGE, "--band: more files than the %d photographs", n);
+}
+
+static void record(struct table *t, const struct lut_job *job, const struct photographs *p,
+                   const struct lut_report *report, const struct cli *cli)
 {
     const struct lut_args *a = job->args;
     struct meta *m = &t->meta;
     meta_set_text(m, "nacre.version", NACRE_VERSION);
     meta_set_text(m, "nacre.command", cli->line);
     meta_set_text(m, "nacre.pattern", cli->operand[0]);
+    if (p->n > 1)
+        meta_set_nums(m, "nacre.lambdas_m", p->filters.lambda_m, p->n);
     meta_set_text(m, "nacre.illuminant", a->illuminant);
     meta_set_text(m, "nacre.observer", "CIE 1931 2 deg");
     meta_set_num(m, "nacre.lambda_m", job->lambda_m);
@@ -99,17 +138,53 @@ static void tell(struct doc *d, const struct lut_job *job, const struct lut_repo
     doc_num(d, "seconds", report->seconds);
 }
 
+// The sum of the photographs' tables; `tell` gets what was done with the last.
+static bool build_all(struct photographs *p, char **path, struct table *t, struct lut_job *job,
+                      struct lut_report *report, struct err *e)
+{
+    bool ok = true;
+    for (int k = 0; ok && k < p->n; k++) { // the wavelengths first: they share out the light
+        ok = lut_job_wavelength(&p->args[k], &p->filters.lambda_m[k], e);
+        p->filters.n = k + 1;
+    }
+    for (int k = 0; ok && k < p->n; k++) {
+        struct table part = {0};
+        lut_job_finish(job);
+        if (!lut_job_open(job, path[k], &p->args[k], e))
+            return false;
+        job->filters = p->n > 1 ? &p->filters : NULL;
+        job->filter = k;
+        ok = lut_job_build(job, &part, report, e) || (p->n > 1 && err_in(e, "%s", path[k]));
+        if (ok && k) {
+            lut_filters_add(t, &part);
+            table_finish(&part);
+        } else if (ok) {
+            *t = part;
+        }
+    }
+    return ok;
+}
+
+static double uncovered(const struct table *t)
+{
+    const int nodes = t->n * t->n;
+    int n = 0;
+    for (int k = 0; t->cover && k < nodes; k++)
+        n += t->cover[k] < 1;
+    return (double)n / nodes;
+}
+
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
     const struct lut_args *a = args;
-    struct lut_job job;
+    struct photographs p = {0};
+    struct lut_job job = {0};
     struct table t = {0};
     struct lut_report report;
-    if (!lut_job_open(&job, cli->operand[0], a, e))
-        return false;
-    bool ok = lut_job_build(&job, &t, &report, e);
+    bool ok = take_apart(&p, a, cli->n, e) && build_all(&p, cli->operand, &t, &job, &report, e);
     if (ok) {
-        record(&t, &job, &report, cli);
+        report.uncovered = uncovered(&t);
+        record(&t, &job, &p, &report, cli);
         ok = table_write(&t, a->out, e);
     }
     if (ok) {
@@ -120,15 +195,16 @@ static bool run(const void *args, struct cli *cli, struct err *e)
     }
     table_finish(&t);
     lut_job_finish(&job);
+    free(p.bands);
     return ok;
 }
 
 const struct command cmd_lut = {
     .name = "lut",
     .summary = "the diffraction table from a photograph of the pattern",
-    .operands = "PATTERN",
+    .operands = "PATTERN...",
     .min_operands = 1,
-    .max_operands = 1,
+    .max_operands = LUT_FILTERS,
     .opts = opts,
     .args_size = sizeof(struct lut_args),
     .notes =
@@ -136,6 +212,9 @@ const struct command cmd_lut = {
         ".pfm, ...): radiance per unit of incident irradiance (docs/lut.md).\n"
         "  nacre lut pattern.exr --lambda 520nm --h-per-pixel 0.00112 --range 0.35 -o lut.exr\n"
         "  nacre lut red.exr --band red.csv --deband --geometry rig.exr --range 0.3 -o lut.exr\n"
+        "Several photographs, from short to long wavelengths, measure how the orders change with "
+        "it:\n"
+        "  nacre lut blue.exr green.exr red.exr --lambda 450nm,530nm,650nm --geometry rig.exr ...\n"
         "  nacre lut red.exr --lambda 650nm --second green.exr --second-lambda 530nm \\\n"
         "            --exponent auto --geometry rig.exr --range 0.3 -o lut.exr",
     .run = run,

@@ -12,7 +12,7 @@
 #include <string.h>
 
 struct args {
-    const char *what, *out, *light, *filter, *illuminant;
+    const char *what, *out, *light, *filter, *illuminant, *table_of;
     int size, power;
     double range, pixel_m;
 };
@@ -68,6 +68,33 @@ static bool write_pattern(struct lab *lab, const struct args *a, struct cli *cli
         doc_num(cli->doc, "irradiance", b.irradiance);
         ok = image_write(&im, a->out, e);
     }
+    band_finish(&b);
+    image_finish(&im);
+    return ok;
+}
+
+// What an eye in the camera's place sees, by direct sums over wavelengths: what a renderer should
+// show.
+static bool write_picture(struct lab *lab, const struct args *a, struct cli *cli, struct err *e)
+{
+    struct spectrum illuminant = {0};
+    struct band b = {0};
+    struct image im = {0};
+    struct sim_scene eye = lab->scene;
+    struct lab other = {0};
+    eye.sensor.bayer = true; // three channels
+    bool ok = (!a->table_of || sim_lab_open(&other, a->table_of, e)) &&
+              illuminant_get(&illuminant, a->illuminant, e) && band_of_eye(&b, &illuminant, e);
+    if (ok)
+        eye.table_of = a->table_of ? &other.scene.view : NULL;
+    ok = ok && photo_pattern(&eye, &b, &im, e);
+    if (ok) {
+        stamp(&im.meta, cli);
+        meta_set_text(&im.meta, "nacre.illuminant", a->illuminant);
+        ok = image_write(&im, a->out, e);
+    }
+    lab_finish(&other);
+    spectrum_finish(&illuminant);
     band_finish(&b);
     image_finish(&im);
     return ok;
@@ -199,11 +226,11 @@ static const struct {
     const char *what;
     bool (*make)(struct lab *lab, const struct args *a, struct cli *cli, struct err *e);
 } products[] = {
-    {"pattern", write_pattern}, {"geometry", write_geometry}, {"truth", write_truth},
-    {"height", write_height},   {"bokeh", write_bokeh},       {"board", write_board},
-    {"ball", write_ball},       {"energy", tell_energy},
+    {"pattern", write_pattern}, {"picture", write_picture}, {"geometry", write_geometry},
+    {"truth", write_truth},     {"height", write_height},   {"bokeh", write_bokeh},
+    {"board", write_board},     {"ball", write_ball},       {"energy", tell_energy},
 };
-static const char product_names[] = "pattern|geometry|truth|height|bokeh|board|ball|energy";
+static const char product_names[] = "pattern|picture|geometry|truth|height|bokeh|board|ball|energy";
 
 static bool run(const void *args, struct cli *cli, struct err *e)
 {
@@ -229,13 +256,16 @@ static bool run(const void *args, struct cli *cli, struct err *e)
 #define AT(field) offsetof(struct args, field)
 static const struct opt options[] = {
     {"what", OPT_CHOICE, AT(what), product_names, "pattern",
-     "radiance without noise; u, v, w, weight of every pixel; the table S_d; the heights; the "
+     "radiance without noise; the same as an eye sees it, linear sRGB for irradiance 1 at the "
+     "sample; u, v, w, weight of every pixel; the table S_d; the heights; the "
      "out-of-focus highlight; a chessboard or a mirror ball in the sample's place; the light that "
      "the orders return"},
     {"o", OPT_FILE, AT(out), "FILE", NULL, "where to write"},
     {"light", OPT_TEXT, AT(light), "NAME", NULL, "of the rig; default: the first"},
     {"filter", OPT_TEXT, AT(filter), "NAME", "green", "of the rig"},
-    {"illuminant", OPT_TEXT, AT(illuminant), "NAME|FILE", "E", "of the table"},
+    {"illuminant", OPT_TEXT, AT(illuminant), "NAME|FILE", "E", "of picture and table"},
+    {"table-of", OPT_FILE, AT(table_of), "RIG|SCENE", NULL,
+     "of the picture: as a perfect table of what that one photographs would show it"},
     {"size", OPT_INT, AT(size), "N", "501", "nodes a side of the table or heights"},
     {"range", OPT_NUM, AT(range), "R", "0.35", "of the table"},
     {"power", OPT_INT, AT(power), "P", "1", "of the table"},

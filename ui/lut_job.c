@@ -156,6 +156,16 @@ static bool find_wavelength(struct lut_job *job, double exponent, struct err *e)
     return true;
 }
 
+bool lut_job_wavelength(const struct lut_args *args, double *lambda_m, struct err *e)
+{
+    struct lut_job job = {.args = args};
+    const double exponent = strtod(args->exponent, NULL);
+    const bool ok = find_wavelength(&job, exponent > 0 ? exponent : 2, e);
+    *lambda_m = job.lambda_m;
+    spectrum_finish(&job.band);
+    return ok;
+}
+
 // "auto": from the second photograph. A whole exponent within two standard errors is taken as
 // meant.
 static bool find_exponent(struct lut_job *job, struct err *e)
@@ -264,6 +274,8 @@ bool lut_job_build(const struct lut_job *job, struct table *t, struct lut_report
         .wavelengths = a->wavelengths,
         .band = a->deband ? &job->band : NULL,
         .noise_limit = a->noise_limit,
+        .filters = job->filters,
+        .filter = job->filter,
     };
     return job->psf_image.px ? lut_build_psf(&r, &job->psf, t, report, e)
                              : lut_build(&r, t, report, e);

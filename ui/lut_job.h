@@ -5,8 +5,8 @@
 #include "ui/cli.h"
 
 struct lut_args {
-    double lambda_m; // NAN: from the band
-    const char *band;
+    const char *lambda, *band; // of several photographs lists, which cmd_lut takes apart
+    double lambda_m;           // NAN: from the band
     bool deband;
     double noise_limit;
     const char *channel;
@@ -38,8 +38,12 @@ struct lut_job {
     double exponent, exponent_sigma; // sigma NAN: given, not measured
     struct image psf_image;          // px NULL: a point
     struct lut_psf psf;
+    const struct lut_filters *filters; // of several photographs this is number `filter`; or NULL
+    int filter;
 };
 
+// The wavelength that a photograph counts for: given, else its band's.
+bool lut_job_wavelength(const struct lut_args *args, double *lambda_m, struct err *e);
 // Reads everything; says what it chose. false: nothing to finish.
 bool lut_job_open(struct lut_job *job, const char *pattern, const struct lut_args *args,
                   struct err *e);
