@@ -37,8 +37,9 @@ deb: deps
 check-deb: deb
 	@tools/check_deb.sh build-deb
 
+# Time against error of every stage: bench-out/bench.html. QUICK=1: under two minutes.
 bench: release
-	@$(BUILD)/bin/nacre bench
+	@$(BUILD)/bin/nacre bench $(if $(QUICK),--quick) -o bench-out
 
 # Twelve simulated samples by Snakemake 7, on this machine; ends with "Error 6" when some are not done.
 library: release

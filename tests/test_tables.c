@@ -408,6 +408,8 @@ TEST(the_sharp_remainder_is_a_factor_exp_y_smaller)
     assert_near(taylor_remainder(y, 30) / 9.0e-14, 1, 0.02);
     assert_near(taylor_remainder(y, 20) * exp(y) / 2.99e-4, 1, 0.01);
     assert_int_equal(taylor_order(y, 1e-3), 16);
+    assert_in_range(taylor_order(1600, 1e-3), 4000, 5000); // 50 um: terms beyond e^709
+    assert_true(isfinite(taylor_remainder(1600, 4500)));
 }
 
 TEST(taylor_tables_converge_and_know_when)

@@ -259,6 +259,7 @@ static bool codes(struct bench_report *r, struct err *e)
             b.out[k] = b.merged.px[k / 3 * 7 + k % 3];
         snprintf(setting, sizeof setting, "9 frames %d x %d, 8 bit, 1 thread", w, h);
         add(r, &b, "ours", setting, ours);
+        bench_default(r);
         ok = write_frames(&b) || err_errno(e, "%s", b.folder);
     }
     static const char *const method[] = {"robertson", "debevec"};

@@ -11,9 +11,14 @@ extern const struct bench bench_lut;
 extern const struct bench bench_tables;
 extern const struct bench bench_sim;
 extern const struct bench bench_render;
+extern const struct bench bench_kernels;
+extern const struct bench bench_stability;
+extern const struct bench bench_end_to_end;
 
 extern const struct bench bench_environment;
 const struct bench *const bench_list[] = {
-    &bench_sim,        &bench_acquire, &bench_calib,       &bench_hdr,    &bench_lut, &bench_bokeh,
-    &bench_deconvolve, &bench_tables,  &bench_environment, &bench_render, NULL,
+    &bench_sim,         &bench_acquire, &bench_calib,      &bench_hdr,
+    &bench_lut,         &bench_bokeh,   &bench_deconvolve, &bench_tables,
+    &bench_environment, &bench_render,  &bench_end_to_end, &bench_kernels,
+    &bench_stability,   NULL,
 };

@@ -155,7 +155,12 @@ static bool measure(struct bench_report *r, struct job *b, const struct setting 
                               threads ? threads : all, threads == 1 ? "" : "s");
     if (s->method == LUT_EXACT)
         snprintf(text + used, sizeof text - (size_t)used, ", tolerance %g", s->tolerance);
+    char task[20];
+    snprintf(task, sizeof task, "%d nodes", s->n);
+    bench_task(r, task);
     bench_row(r, name, text, *t, error, "relative L2 against the known points");
+    if (s->method == LUT_EXACT && s->tolerance == 1e-4 && !threads)
+        bench_default(r);
     if (s->method == LUT_EXACT && s->n == 2048)
         bench_figure(r, "exact: largest error over the peak", worst, "");
     return true;
@@ -228,6 +233,7 @@ static bool run(struct bench_report *r, struct err *e)
         ok = measure(r, &b, &(struct setting){LUT_EXACT, sizes[k], 0, 1e-4}, 0, &t, e);
         bench_growth(r, "exact", sizes[k], t.wall_s);
     }
+    bench_exponent(r, "exact", 2);
     if (ok && !bench_quick(r)) {
         const struct setting best = {LUT_EXACT, 2048, 0, 1e-4}, floor = {LUT_FLOOR, 2048, 0, 1};
         ok = measure(r, &b, &best, 0, &exact, e) && measure(r, &b, &floor, 1, &slow, e) &&

@@ -3,6 +3,7 @@
 #include "core/mem.h"
 #include "core/outfile.h"
 #include "tests/bench/bench_report.h"
+#include "ui/doc.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,6 +22,21 @@ static bool write_csv(const struct bench_report *r, const char *path, struct err
                 w->setting, w->t.wall_s, w->t.cpu_s, w->t.peak_mb, w->t.runs, w->error,
                 w->error_kind);
     }
+    fclose(f);
+    const bool ok = outfile_write(path, text, size, e);
+    free(text);
+    return ok;
+}
+
+static bool write_json(const struct bench_report *r, const char *path, struct err *e)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *f = open_memstream(&text, &size);
+    struct doc *d = doc_new();
+    bench_report_doc(r, d);
+    doc_print(d, true, f);
+    doc_free(d);
     fclose(f);
     const bool ok = outfile_write(path, text, size, e);
     free(text);
@@ -94,6 +110,52 @@ static void plot_data(const struct bench_report *r, const struct bench_row *firs
     }
 }
 
+// The next of the front of a row's task and kind of error, in rising time.
+static const struct bench_row *front_after(const struct bench_report *r, const struct bench_row *w,
+                                           double time_s)
+{
+    const struct bench_row *next = NULL;
+    for (int k = 0; k < r->n_rows; k++) {
+        const struct bench_row *o = &r->row[k];
+        if (o->on_front && bench_comparable(o, w) && o->t.wall_s > time_s &&
+            (!next || o->t.wall_s < next->t.wall_s))
+            next = o;
+    }
+    return next;
+}
+
+// The front of every task as a line, defaults as rings around their points.
+static void plot_front(const struct bench_report *r, const struct bench_row *first, FILE *to,
+                       FILE *plots)
+{
+    bool rings = false;
+    fputs("$front << EOD\n", to);
+    for (int k = 0; k < r->n_rows; k++) {
+        const struct bench_row *w = &r->row[k];
+        bool seen = w->bench != first->bench || strcmp(w->error_kind, first->error_kind) != 0;
+        for (int p = 0; p < k && !seen; p++)
+            seen = bench_comparable(w, &r->row[p]);
+        if (seen)
+            continue;
+        for (const struct bench_row *f = front_after(r, w, 0); f;
+             f = front_after(r, w, f->t.wall_s))
+            fprintf(to, "%g %g\n", f->t.wall_s * 1e3, f->error);
+        fputs("\n", to);
+    }
+    fputs("EOD\n$default << EOD\n", to);
+    for (int k = 0; k < r->n_rows; k++) {
+        const struct bench_row *w = &r->row[k];
+        if (w->is_default && w->bench == first->bench && w->error > 0 &&
+            !strcmp(w->error_kind, first->error_kind)) {
+            fprintf(to, "%g %g\n", w->t.wall_s * 1e3, w->error);
+            rings = true;
+        }
+    }
+    fputs("EOD\n", to);
+    fprintf(plots, ", $front with lines lc '#888888' dt 3 title 'Pareto front'%s",
+            rings ? ", $default with points pt 6 ps 2.4 lw 2 lc '#222222' title 'default'" : "");
+}
+
 static bool plot_stage(const struct bench_report *r, const struct bench *b, int nth,
                        const char *folder)
 {
@@ -105,6 +167,7 @@ static bool plot_stage(const struct bench_report *r, const struct bench *b, int 
     size_t size;
     FILE *to = open_memstream(&plots, &size);
     plot_data(r, first, gp, to);
+    plot_front(r, first, gp, to);
     fclose(to);
     fprintf(gp,
             "set terminal svg size 860,520 font 'sans,13' background '#ffffff'\n"
@@ -172,7 +235,8 @@ static void page_stage(const struct bench_report *r, const struct bench *b, cons
     for (int k = 0; k < r->n_rows; k++) {
         const struct bench_row *w = &r->row[k];
         if (w->bench == b)
-            fprintf(f, "<tr><td>%s<td>%s<td>%.4g<td>%.4g<td>%.4g<td>%.2e<td>%s</tr>", w->method,
+            fprintf(f, "<tr%s><td>%s%s<td>%s<td>%.4g<td>%.4g<td>%.4g<td>%.2e<td>%s</tr>",
+                    w->on_front ? " class=front" : "", w->method, w->is_default ? " (default)" : "",
                     w->setting, w->t.wall_s * 1e3, w->t.cpu_s * 1e3, w->t.peak_mb, w->error,
                     w->error_kind);
     }
@@ -191,16 +255,18 @@ bool bench_report_write(const struct bench_report *r, const char *folder, struct
     if (mkdir(folder, 0777) && access(folder, W_OK))
         return err_errno(e, "%s", folder);
     char *csv = xasprintf("%s/bench.csv", folder), *page = xasprintf("%s/bench.html", folder);
-    bool ok = write_csv(r, csv, e);
+    char *json = xasprintf("%s/bench.json", folder);
+    bool ok = write_csv(r, csv, e) && write_json(r, json, e);
+    free(json);
     char *text = NULL;
     size_t size = 0;
     FILE *f = open_memstream(&text, &size);
     fputs("<!doctype html><meta charset=utf-8><title>nacre bench</title><style>body{font:15px/1.5 "
           "sans-serif;"
           "max-width:70em;margin:2em auto;padding:0 1em;color:#222}table{border-collapse:collapse}"
-          "td,th{padding:.2em .8em;text-align:left;border-bottom:1px solid #ddd}</style><h1>Run "
-          "time against "
-          "error</h1>",
+          ".front{font-weight:600}td,th{padding:.2em .8em;text-align:left;border-bottom:1px solid "
+          "#ddd}</style><h1>Run "
+          "time against error</h1><p>Bold: on the Pareto front of the rows with that error.</p>",
           f);
     const struct bench *last = NULL;
     for (int k = 0; ok && k < r->n_rows; k++)

@@ -13,10 +13,12 @@
 #include <time.h>
 #include <unistd.h>
 
-struct bench_report *bench_report_new(bool quick)
+struct bench_report *bench_report_new(bool quick, long count, uint64_t seed)
 {
     struct bench_report *r = xcalloc(1, sizeof *r);
     r->quick = quick;
+    r->count = count;
+    r->seed = seed;
     return r;
 }
 
@@ -28,6 +30,7 @@ void bench_report_free(struct bench_report *r)
         free(r->row[k].method);
         free(r->row[k].setting);
         free(r->row[k].error_kind);
+        free(r->row[k].task);
     }
     for (int k = 0; k < r->n_lines; k++) {
         free(r->line[k].text);
@@ -37,6 +40,7 @@ void bench_report_free(struct bench_report *r)
         free(r->point[k].method);
     free(r->point);
     free(r->row);
+    free(r->task);
     free(r->line);
     free(r);
 }
@@ -44,6 +48,16 @@ void bench_report_free(struct bench_report *r)
 bool bench_quick(const struct bench_report *r)
 {
     return r->quick;
+}
+
+long bench_count(const struct bench_report *r)
+{
+    return r->count;
+}
+
+uint64_t bench_seed(const struct bench_report *r)
+{
+    return r->seed;
 }
 
 static double cpu_now_s(void)
@@ -105,8 +119,13 @@ void bench_row(struct bench_report *r, const char *method, const char *setting, 
                double error, const char *error_kind)
 {
     r->row = xrealloc(r->row, (size_t)r->n_rows + 1, sizeof *r->row);
-    r->row[r->n_rows++] = (struct bench_row){
-        r->now, xstrdup(method), xstrdup(setting), xstrdup(error_kind), t, error};
+    r->row[r->n_rows++] = (struct bench_row){.bench = r->now,
+                                             .method = xstrdup(method),
+                                             .setting = xstrdup(setting),
+                                             .error_kind = xstrdup(error_kind),
+                                             .task = xstrdup(r->task ? r->task : ""),
+                                             .t = t,
+                                             .error = error};
 }
 
 static void add_line(struct bench_report *r, char *text, char *unit, double value)
@@ -139,6 +158,7 @@ void bench_note(struct bench_report *r, const char *fmt, ...)
 void bench_report_begin(struct bench_report *r, const struct bench *b)
 {
     r->now = b;
+    bench_task(r, NULL);
     log_note("%s - %s", b->name, b->summary);
 }
 
@@ -155,6 +175,7 @@ void bench_report_end(struct bench_report *r)
             wide = max(wide, (int)strlen(r->row[k].method));
             wider = max(wider, (int)strlen(r->row[k].setting));
         }
+    bench_find_front(r);
     bool titled = false;
     for (int k = 0; k < r->n_rows; k++) {
         const struct bench_row *w = &r->row[k];
@@ -164,8 +185,9 @@ void bench_report_end(struct bench_report *r)
             log_note("  %-*s  %-*s %10s %10s %8s %9s  %s", wide, "method", wider, "setting",
                      "wall ms", "cpu ms", "MB", "error", "of");
         titled = true;
-        log_note("  %-*s  %-*s %10.4g %10.4g %8.4g %9.2e  %s", wide, w->method, wider, w->setting,
-                 w->t.wall_s * 1e3, w->t.cpu_s * 1e3, w->t.peak_mb, w->error, w->error_kind);
+        log_note("%c%c%-*s  %-*s %10.4g %10.4g %8.4g %9.2e  %s", w->on_front ? '*' : ' ',
+                 w->is_default ? '>' : ' ', wide, w->method, wider, w->setting, w->t.wall_s * 1e3,
+                 w->t.cpu_s * 1e3, w->t.peak_mb, w->error, w->error_kind);
     }
     for (int k = 0; k < r->n_lines; k++) {
         const struct bench_line *l = &r->line[k];
@@ -192,6 +214,8 @@ void bench_report_doc(const struct bench_report *r, struct doc *d)
         doc_int(item, "runs", w->t.runs);
         doc_num(item, "error", w->error);
         doc_text(item, "error_kind", w->error_kind);
+        doc_bool(item, "front", w->on_front);
+        doc_bool(item, "default", w->is_default);
     }
     for (int k = 0; k < r->n_lines; k++) {
         const struct bench_line *l = &r->line[k];

@@ -160,6 +160,7 @@ static bool bases(struct bench_report *r, const char *name, struct err *e)
     struct truth truth = {0};
     char path[64];
     snprintf(path, sizeof path, "reference/tables/truth_%s.csv", name);
+    bench_task(r, name);
     bool ok = open_reference(&j, name, e) && truth_read(&truth, bench_shared(path), e);
     for (size_t k = 0; ok && k < sizeof cases / sizeof *cases; k++) {
         if (bench_quick(r) && !cases[k].hurry)
@@ -177,6 +178,7 @@ static bool bases(struct bench_report *r, const char *name, struct err *e)
 static bool tolerances(struct bench_report *r, struct job *j, const char *name, struct err *e)
 {
     struct truth truth = {0};
+    bench_task(r, name);
     bool ok = truth_sum(&truth, j, bench_quick(r) ? 300 : 10000, e);
     for (int k = 2; ok && k <= 3; k++) {
         char setting[96];
@@ -186,6 +188,8 @@ static bool tolerances(struct bench_report *r, struct job *j, const char *name, 
         ok = make(j, e);
         snprintf(setting, sizeof setting, "%s, tolerance 1e-%d: %d tables", name, k, j->t.count);
         ok = ok && run_row(r, j, &truth, "pod", setting, "relative L2 at random nodes", e);
+        if (ok && k == 3)
+            bench_default(r);
     }
     truth_finish(&truth);
     return ok;

@@ -7,13 +7,17 @@
 struct args {
     bool quick, list;
     const char *out;
+    int count, seed;
 };
 
 static const struct opt opts[] = {
     {"quick", OPT_FLAG, offsetof(struct args, quick), .help = "fewer and smaller settings"},
     {"list", OPT_FLAG, offsetof(struct args, list), .help = "name the benchmarks and stop"},
+    {"count", OPT_INT, offsetof(struct args, count), "N", "0",
+     "evaluations of `stability` (default: 2000000, quick 100000)"},
+    {"seed", OPT_INT, offsetof(struct args, seed), "N", "1", "of its arguments"},
     {"o", OPT_FILE, offsetof(struct args, out), "FOLDER",
-     .help = "write bench.csv, bench.html and plots here"},
+     .help = "write bench.html, bench.csv, bench.json and plots here"},
     {0},
 };
 
@@ -45,7 +49,9 @@ static bool run(const void *args_, struct cli *cli, struct err *e)
             doc_text(cli->doc, (*b)->name, (*b)->summary);
         return true;
     }
-    struct bench_report *r = bench_report_new(args->quick);
+    if (args->count < 0 || args->seed < 0)
+        return err_set(e, ERR_DATA, "--count and --seed must be 0 or more");
+    struct bench_report *r = bench_report_new(args->quick, args->count, (uint64_t)args->seed);
     bool ok = true;
     for (const struct bench *const *b = bench_list; ok && *b; b++)
         if (wanted(cli, *b)) {
