@@ -25,6 +25,8 @@ struct kept {
     struct trig base; // fd is the socket
     char *rig, *run;
     pid_t pid;
+    int64_t started_ns;
+    int early_deaths;          // in a row
     char news[LIGHTS_MESSAGE]; // said unasked, not yet passed on
 };
 
@@ -127,7 +129,7 @@ static bool start(struct kept *k, struct err *e)
     if (sscanf(text, "ready %d %n", &lines, &at) == 1) {
         k->base.caps.lines = lines;
         snprintf(k->base.caps.model, sizeof k->base.caps.model, "%.63s", text + at);
-        k->base.changed_ns = clock_boot_ns();
+        k->base.changed_ns = k->started_ns = clock_boot_ns();
         return true;
     }
     if (sscanf(text, "fail %d %n", &code, &at) == 1)
@@ -156,8 +158,10 @@ static void reap(struct kept *k)
 
 static bool restart(struct kept *k, struct err *e)
 {
+    enum { EARLY_NS = 1000000000, MOST = 5 };
+    k->early_deaths = clock_boot_ns() - k->started_ns < EARLY_NS ? k->early_deaths + 1 : 0;
     reap(k);
-    return start(k, e);
+    return k->early_deaths > MOST ? err_set(e, ERR_DEVICE, "it dies again and again") : start(k, e);
 }
 
 static bool kept_set(struct trig *t, uint32_t state, struct err *e)

@@ -202,6 +202,23 @@ TEST(a_keeper_that_hangs_with_a_full_queue_is_replaced_at_once)
     trig_close(t);
 }
 
+TEST(a_keeper_that_dies_again_and_again_is_given_up)
+{
+    struct err e = {0};
+    char news[LIGHTS_MESSAGE];
+    struct trig *t = opened();
+    int deaths = 0;
+    for (bool alive = true; alive && deaths < 100; deaths++) {
+        struct pollfd p = {t->fd, POLLIN, 0};
+        kill(keeper_pid(), SIGKILL);
+        assert_int_equal(poll(&p, 1, 1000), 1);
+        alive = lights_pump(t, news, sizeof news, &e);
+    }
+    assert_in_range(deaths, 6, 99);
+    assert_non_null(strstr(e.msg, "cannot be started again: it dies again and again"));
+    trig_close(t);
+}
+
 TEST(off_is_a_command_of_its_own)
 {
     struct err e = {0};
@@ -228,6 +245,7 @@ int main(void)
         cmocka_unit_test(a_killed_owner_leaves_no_light),
         cmocka_unit_test(a_killed_keeper_is_replaced_and_the_new_one_switches_off),
         cmocka_unit_test(a_keeper_that_hangs_with_a_full_queue_is_replaced_at_once),
+        cmocka_unit_test(a_keeper_that_dies_again_and_again_is_given_up),
         cmocka_unit_test(off_is_a_command_of_its_own),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

@@ -15,6 +15,7 @@
 //
 // It stays plugged in until it is killed. Written from the specification, not from our driver.
 #define _GNU_SOURCE
+#include "tests/vm/uvc_describe.h"
 #include <fcntl.h>
 #include <linux/usb/ch9.h>
 #include <linux/usb/raw_gadget.h>
@@ -32,101 +33,15 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { W = 160, H = 120, FRAME = 2 * W * H, HEADER = 2, BLACK = 64, WHITE = 4095 };
-enum { CAMERA = 1, PROCESSING = 2, OUTPUT = 3, BULK_IN = USB_DIR_IN | 1, HISTORY = 16 };
-enum { FASTEST = 500000, SLOWEST = 1000000 }; // 100 ns from frame to frame
-static const double PER_UNIT = 12;            // counts of the brightest spot in 100 us at gain 1
-static const int UNITY = 16;                  // of the gain control
+enum { BLACK = 64, WHITE = 4095, HISTORY = 16 };
+static const double PER_UNIT = 12; // counts of the brightest spot in 100 us at gain 1
+static const int UNITY = 16;       // of the gain control
 
 static void must(bool ok, const char *what)
 {
     if (!ok) {
         perror(what);
         exit(1);
-    }
-}
-
-// --- descriptors ---
-
-#define LE16(v) (v) & 0xff, (v) >> 8 & 0xff
-#define LE32(v) LE16((v)&0xffff), LE16((v) >> 16 & 0xffff)
-
-// clang-format off
-static const uint8_t interfaces[] = {
-    8, USB_DT_INTERFACE_ASSOCIATION, 0, 2, USB_CLASS_VIDEO, 3, 0, 0,
-    // Control: camera with automatic mode, its priority, exposure; processing unit with gain; output.
-    9, USB_DT_INTERFACE, 0, 0, 0, USB_CLASS_VIDEO, UVC_SC_VIDEOCONTROL, 0, 0,
-    13, USB_DT_CS_INTERFACE, UVC_VC_HEADER, LE16(0x0100), LE16(13 + 18 + 11 + 9), LE32(48000000),
-        1, 1,
-    18, USB_DT_CS_INTERFACE, UVC_VC_INPUT_TERMINAL, CAMERA, LE16(UVC_ITT_CAMERA), 0, 0,
-        LE16(0), LE16(0), LE16(0), 3, 0x0e, 0, 0,
-    11, USB_DT_CS_INTERFACE, UVC_VC_PROCESSING_UNIT, PROCESSING, CAMERA, LE16(0), 2, 0, 2, 0,
-    9, USB_DT_CS_INTERFACE, UVC_VC_OUTPUT_TERMINAL, OUTPUT, LE16(UVC_TT_STREAMING), 0,
-        PROCESSING, 0,
-    // Streaming: 16 bits grey, one size, two rates.
-    9, USB_DT_INTERFACE, 1, 0, 1, USB_CLASS_VIDEO, UVC_SC_VIDEOSTREAMING, 0, 0,
-    14, USB_DT_CS_INTERFACE, UVC_VS_INPUT_HEADER, 1, LE16(14 + 27 + 34), BULK_IN, 0, OUTPUT,
-        0, 0, 0, 1, 0,
-    27, USB_DT_CS_INTERFACE, UVC_VS_FORMAT_UNCOMPRESSED, 1, 1, 'Y', '1', '6', ' ', 0, 0, 0x10, 0,
-        0x80, 0, 0, 0xaa, 0, 0x38, 0x9b, 0x71, 16, 1, 0, 0, 0, 0,
-    34, USB_DT_CS_INTERFACE, UVC_VS_FRAME_UNCOMPRESSED, 1, 0, LE16(W), LE16(H),
-        LE32(FRAME * 8 * 10), LE32(FRAME * 8 * 20), LE32(FRAME), LE32(FASTEST), 2,
-        LE32(FASTEST), LE32(SLOWEST),
-};
-// clang-format on
-
-static const struct usb_device_descriptor device = {
-    .bLength = USB_DT_DEVICE_SIZE,
-    .bDescriptorType = USB_DT_DEVICE,
-    .bcdUSB = 0x0200,
-    .bDeviceClass = USB_CLASS_MISC,
-    .bDeviceSubClass = 2,
-    .bDeviceProtocol = 1, // interfaces are associated
-    .bMaxPacketSize0 = 64,
-    .idVendor = 0x1d6b,
-    .idProduct = 0x0102,
-    .iProduct = 1,
-    .iSerialNumber = 1,
-    .bNumConfigurations = 1,
-};
-
-static const struct usb_endpoint_descriptor bulk = {.bLength = USB_DT_ENDPOINT_SIZE,
-                                                    .bDescriptorType = USB_DT_ENDPOINT,
-                                                    .bEndpointAddress = BULK_IN,
-                                                    .bmAttributes = USB_ENDPOINT_XFER_BULK,
-                                                    .wMaxPacketSize = 512};
-
-static size_t put(uint8_t *to, size_t at, const void *from, size_t n)
-{
-    memcpy(to + at, from, n);
-    return at + n;
-}
-
-// The descriptor that `value` of a request names; 0 bytes: there is none.
-static size_t descriptor(uint16_t value, uint8_t *data)
-{
-    static const uint8_t language[] = {4, USB_DT_STRING, 0x09, 0x04},
-                         name[] = {12, USB_DT_STRING, 'N', 0, 'a', 0, 'c', 0, 'r', 0, 'e', 0};
-    static const struct usb_config_descriptor config = {
-        .bLength = USB_DT_CONFIG_SIZE,
-        .bDescriptorType = USB_DT_CONFIG,
-        .wTotalLength = USB_DT_CONFIG_SIZE + sizeof interfaces + USB_DT_ENDPOINT_SIZE,
-        .bNumInterfaces = 2,
-        .bConfigurationValue = 1,
-        .bmAttributes = USB_CONFIG_ATT_ONE,
-        .bMaxPower = 50,
-    };
-    switch (value >> 8) {
-    case USB_DT_DEVICE: return put(data, 0, &device, USB_DT_DEVICE_SIZE);
-    case USB_DT_CONFIG: {
-        size_t n = put(data, 0, &config, USB_DT_CONFIG_SIZE);
-        n = put(data, n, interfaces, sizeof interfaces);
-        return put(data, n, &bulk, USB_DT_ENDPOINT_SIZE);
-    }
-    case USB_DT_STRING:
-        return value & 0xff ? put(data, 0, name, sizeof name)
-                            : put(data, 0, language, sizeof language);
-    default: return 0;
     }
 }
 
@@ -284,6 +199,12 @@ static struct uvc_streaming_control rate(void)
                                           .dwMaxPayloadTransferSize = HEADER + FRAME};
 }
 
+static size_t give(uint8_t *data, const void *from, size_t n)
+{
+    memcpy(data, from, n);
+    return n;
+}
+
 // The answer's bytes; 0: there is none.
 static size_t answer(const struct usb_ctrlrequest *q, uint8_t *data)
 {
@@ -291,7 +212,7 @@ static size_t answer(const struct usb_ctrlrequest *q, uint8_t *data)
     const struct uvc_streaming_control r = rate();
     uint32_t number = 0;
     if (q->bRequestType == USB_DIR_IN && q->bRequest == USB_REQ_GET_DESCRIPTOR)
-        return descriptor(q->wValue, data);
+        return uvc_describe(q->wValue, data);
     if (q->bRequestType != (USB_DIR_IN | USB_TYPE_CLASS | USB_RECIP_INTERFACE))
         return 0;
     if (q->bRequest == UVC_GET_INFO && (c || q->wIndex == 1)) {
@@ -299,8 +220,8 @@ static size_t answer(const struct usb_ctrlrequest *q, uint8_t *data)
         return 1;
     }
     if (q->wIndex == 1) // probe, commit: 26 bytes in UVC 1.0
-        return put(data, 0, &r, 26);
-    return c && control_says(c, q->bRequest, &number) ? put(data, 0, &number, c->size) : 0;
+        return give(data, &r, 26);
+    return c && control_says(c, q->bRequest, &number) ? give(data, &number, c->size) : 0;
 }
 
 static bool sets(const struct usb_ctrlrequest *q, uint16_t index, uint8_t selector)
@@ -345,7 +266,7 @@ static void setup(const struct usb_ctrlrequest *q, pthread_t streamer)
     if (sets(q, 1, UVC_VS_COMMIT_CONTROL))
         stop(streamer);
     if (q->bRequestType == 0 && q->bRequest == USB_REQ_SET_CONFIGURATION && endpoint < 0) {
-        endpoint = ioctl(gadget, USB_RAW_IOCTL_EP_ENABLE, &bulk);
+        endpoint = ioctl(gadget, USB_RAW_IOCTL_EP_ENABLE, &uvc_bulk);
         must(endpoint >= 0 && !ioctl(gadget, USB_RAW_IOCTL_CONFIGURE, 0), "endpoint");
     }
     if (in && !n)
