@@ -66,10 +66,12 @@ bool env_direct(const struct table *t, const struct fresnel *f, const struct env
         progress_step(&bar, rows);
     }
     progress_end(&bar);
+    const bool not_negative = table_not_negative(t);
     for (int k = 0; k < n; k++) {
         const double on2 = 1 - o[k][0] * o[k][0] - o[k][1] * o[k][1];
         for (int c = 0; c < 3 && on2 > 0; c++)
-            rgb[k][c] *= 4 * M_PI * M_PI / sqrt(on2);
+            rgb[k][c] =
+                4 * M_PI * M_PI / sqrt(on2) * (not_negative ? fmax(0, rgb[k][c]) : rgb[k][c]);
     }
     free(part);
     env_parts_finish(&light);

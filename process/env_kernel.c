@@ -239,10 +239,7 @@ static struct env_grid fine_grid(const struct env_kernel *k, const struct table 
 bool env_kernel_init(struct env_kernel *k, const struct table *t, const struct fresnel *f,
                      const struct env_how *how, struct err *e)
 {
-    *k = (struct env_kernel){.not_negative = true};
-    const size_t samples = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
-    for (size_t s = 0; s < samples; s++)
-        k->not_negative = k->not_negative && t->tab[s] >= 0;
+    *k = (struct env_kernel){.not_negative = table_not_negative(t)};
     if (!(how->products ? env_terms_products(&k->terms, t, f, how->products, e)
                         : env_terms_polynomial(&k->terms, t, f, how->tolerance, e)))
         return false;

@@ -16,9 +16,6 @@ static void add_part(const struct env_light *l, const struct env_part *p, int fr
                      double *nodes)
 {
     const struct env_grid *g = &l->grid;
-    const double far = .5 * g->span + g->reach * g->step; // light further off the window misses it
-    if (fabs(p->t + l->t) > far || fabs(p->b + l->b) > far)
-        return;
     double wx[4], wy[4];
     const double x = (-p->t - l->t0) / g->step, y = (-p->b - l->b0) / g->step;
     const int i = (int)floor(x), j = (int)floor(y);
@@ -41,9 +38,20 @@ static void add_part(const struct env_light *l, const struct env_part *p, int fr
     }
 }
 
+// Light further off the window than the table reaches misses it.
+static int within_reach(const struct env_light *l, struct env_part *part, int count)
+{
+    const double far = .5 * l->grid.span + l->grid.reach * l->grid.step;
+    int n = 0;
+    for (int k = 0; k < count; k++)
+        if (fabs(part[k].t + l->t) <= far && fabs(part[k].b + l->b) <= far)
+            part[n++] = part[k];
+    return n;
+}
+
 // Whatever the number of threads, each node sums its parts in the order of the map: a thread owns
 // a strip of nodes and reads all parts.
-static void gather(const struct env_light *l, const struct env_parts *parts, struct env_part *part,
+static void gather(struct env_light *l, const struct env_parts *parts, struct env_part *part,
                    double *nodes)
 {
     const int h = parts->env->map.h, side = l->grid.side;
@@ -52,8 +60,12 @@ static void gather(const struct env_light *l, const struct env_parts *parts, str
         const int rows = h - row < ROWS ? h - row : ROWS;
         int count[ROWS];
 #pragma omp parallel for schedule(dynamic)
+        for (int r = 0; r < rows; r++) {
+            struct env_part *of_row = part + room * (size_t)r;
+            count[r] = within_reach(l, of_row, env_parts_row(parts, row + r, of_row));
+        }
         for (int r = 0; r < rows; r++)
-            count[r] = env_parts_row(parts, row + r, part + room * (size_t)r);
+            l->used += (double)count[r] / (double)room / h;
 #pragma omp parallel for schedule(dynamic)
         for (int s = 0; s < STRIPS; s++)
             for (int r = 0; r < rows; r++)

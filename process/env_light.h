@@ -9,9 +9,10 @@
 struct env_light {
     struct env_grid grid;
     struct frame frame;
-    double t, b;                 // middle of the window of o
-    double t0, b0;               // cosines (mirrored: -i_t, -i_b) of the first node
-    int n;                       // pre functions
+    double t, b;   // middle of the window of o
+    double t0, b0; // cosines (mirrored: -i_t, -i_b) of the first node
+    int n;         // pre functions
+    double used;   // share of the map's pixels that are lit, in front and within the table's reach
     double *spec[3][TERMS_MOST]; // [period][period/2 + 1] complex: channel, pre function
 };
 

@@ -45,6 +45,15 @@ void table_cubic(const struct table *t, double u, double v, double w, double out
     }
 }
 
+bool table_not_negative(const struct table *t)
+{
+    const size_t samples = (size_t)t->count * (size_t)t->n * (size_t)t->n * 3;
+    for (size_t k = 0; k < samples; k++)
+        if (t->tab[k] < 0)
+            return false;
+    return true;
+}
+
 // Of one row of cells between nodes: integrals of S^2 and |grad S|^2.
 static void row_detail(const struct table *t, const float *row, double dv, double sum[2])
 {

@@ -14,6 +14,10 @@ bool table_stencil(const struct table *t, double u, int *first, double weight[ST
 // As table_eval, cubic between nodes.
 void table_cubic(const struct table *t, double u, double v, double w, double out[3]);
 
+// No node is below zero: then what is made of it is not either, though a cubic may be next to a
+// lone bright node (by 7 % of it).
+bool table_not_negative(const struct table *t);
+
 // How far one has to go for the table to change: root of the integrals of S^2 over |grad S|^2;
 // sigma of a Gaussian lobe, the narrow and bright ones count most. 0 for a table of zeros.
 double table_detail(const struct table *t);

@@ -17,7 +17,8 @@ struct renewed {
 struct job {
     struct material material; // its photograph is the scene's; no table
     struct frame frame;
-    bool seen; // shows a prefiltered map; else, under an environment, its lobes
+    struct env_keep *keep; // the scene's
+    bool seen;             // shows a prefiltered map; else, under an environment, its lobes
 };
 
 struct relight {
@@ -95,10 +96,11 @@ static bool sum_table(struct relight *r, int k, struct err *e)
             return false;
         if (r->surround && (!job->seen || lut_preview_done(&preview))) {
             material_take_table(&m, &new.table, m.r0);
-            const bool ok = job->seen ? surround_prefilter(r->surround, &m, &job->frame,
-                                                           r->seen_size, &new.seen, e)
-                                      : lobes_init(&new.lobes[DIFFRACTION_TABLE], &m,
-                                                   DIFFRACTION_TABLE, LOBES_CELLS, 1, e);
+            const struct seen_how how = {.n = r->seen_size, .keep = job->keep};
+            const bool ok =
+                job->seen ? surround_prefilter(r->surround, &m, &job->frame, &how, &new.seen, e)
+                          : lobes_init(&new.lobes[DIFFRACTION_TABLE], &m, DIFFRACTION_TABLE,
+                                       LOBES_CELLS, 1, e);
             new.table = m.table;
             if (!ok) {
                 table_finish(&new.table);
@@ -143,7 +145,7 @@ bool relight_open(struct relight **out, const struct scene *s, const char *illum
     r->job = xcalloc((size_t)r->n, sizeof *r->job);
     r->ready = xcalloc((size_t)r->n, sizeof *r->ready);
     for (int k = 0; k < r->n; k++) {
-        r->job[k] = (struct job){s->object[k].material, s->object[k].shape.frame,
+        r->job[k] = (struct job){s->object[k].material, s->object[k].shape.frame, s->object[k].keep,
                                  s->object[k].seen.px != NULL};
         r->job[k].material.table = (struct table){0};
     }

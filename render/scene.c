@@ -1,6 +1,7 @@
 // scene.c - cameras, lights, and the life of a scene.
 #define _GNU_SOURCE
 #include "render/scene.h"
+#include <math.h>
 #include <stdlib.h>
 
 void scene_finish(struct scene *s)
@@ -13,6 +14,7 @@ void scene_finish(struct scene *s)
         image_finish(&s->object[k].seen);
         for (int kind = 0; kind < DIFFRACTION_KINDS; kind++)
             lobes_finish(&s->object[k].lobes[kind]);
+        env_keep_free(s->object[k].keep);
         free(s->object[k].name);
     }
     free(s->object);
@@ -28,6 +30,30 @@ static bool cut_lobes(struct object *o, enum diffraction kind, struct err *e)
     return o->lobes[kind].n || lobes_init(&o->lobes[kind], &o->material, kind, LOBES_CELLS, 1, e);
 }
 
+// The directions to a pinhole camera from all over an object, with two nodes on every side.
+static void see(const struct scene *s, const struct shape *shape, struct seen_how *how)
+{
+    enum { PROBES = 33 };
+    int box[4];
+    double lo[2] = {1, 1}, hi[2] = {-1, -1};
+    shape_pixels(&s->camera, shape, s->w, s->h, box);
+    for (int k = 0; k < PROBES * PROBES; k++) {
+        struct vec3 dir;
+        camera_ray(&s->camera, box[0] - .5 + (box[2] - box[0]) * (k % PROBES) / (PROBES - 1.0),
+                   box[1] - .5 + (box[3] - box[1]) * (k / PROBES) / (PROBES - 1.0), s->w, s->h,
+                   &dir);
+        const struct vec3 wo = frame_local(&shape->frame, v3_scale(-1, v3_unit(dir)));
+        const double o[2] = {wo.x, wo.y};
+        for (int q = 0; q < 2; q++) {
+            lo[q] = fmin(lo[q], o[q]);
+            hi[q] = fmax(hi[q], o[q]);
+        }
+    }
+    for (int q = 0; q < 2; q++)
+        how->middle[q] = (lo[q] + hi[q]) / 2;
+    how->span = fmax(hi[0] - lo[0], hi[1] - lo[1]) + 8.0 / how->n + .01;
+}
+
 bool scene_prefilter(struct scene *s, struct err *e)
 {
     for (int k = 0; k < s->n_objects && s->surround; k++) {
@@ -36,9 +62,11 @@ bool scene_prefilter(struct scene *s, struct err *e)
         const bool flat =
             shape->kind == SHAPE_PLANE || (shape->kind == SHAPE_DISC && shape->fixed_tangent);
         const bool table = o->material.table.n > 0;
+        struct seen_how how = {.n = s->seen_size, .keep = o->keep};
+        if (flat && s->still && s->camera.aperture_m == 0)
+            see(s, shape, &how);
         if ((flat && table && !o->seen.px &&
-             !surround_prefilter(s->surround, &o->material, &shape->frame, s->seen_size, &o->seen,
-                                 e)) ||
+             !surround_prefilter(s->surround, &o->material, &shape->frame, &how, &o->seen, e)) ||
             (!flat && table && !cut_lobes(o, DIFFRACTION_TABLE, e)) ||
             (o->material.slits.n && !cut_lobes(o, DIFFRACTION_SLITS, e)))
             return err_in(e, "%s: what it shows of the environment", o->name);

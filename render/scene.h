@@ -31,6 +31,7 @@ struct object {
     struct material material;
     struct image seen; // what its table shows of the environment (surround.h), or empty
     struct lobes lobes[DIFFRACTION_KINDS]; // its patterns' cells, where it needs them for that
+    struct env_keep *keep;                 // owned; NULL: its kernel is not kept
 };
 
 // Whether a map has all that an object diffracts of the environment.
@@ -73,6 +74,7 @@ struct scene {
     struct surround *surround; // owned; NULL: there is none
     int seen_size;             // nodes a side of the objects' `seen`
     int pass, passes; // of pictures whose mean is meant, which one (sampling.h); 0, 0: alone
+    bool still;       // no other picture follows: `seen` holds what the camera sees
 };
 
 // The environment's lights that an object sees, *n of them.
@@ -95,8 +97,9 @@ struct scene_options {
     const char *environment; // map of a scene that has one; NULL: the file's
     double exposure_ev;      // NAN: the file's
     bool exposure_auto;
-    int w, h;  // 0: the file's
-    int nodes; // of prefiltered maps; 0: the file's
+    int w, h;   // 0: the file's
+    int nodes;  // of prefiltered maps; 0: the file's
+    bool still; // one picture: nothing is computed that its camera does not see, or kept
 };
 
 // Errors name file and line; tables are found relative to the scene file.

@@ -290,10 +290,12 @@ static bool read_all(struct ynode *root, struct scene *s, const struct scene_opt
 
 bool scene_read(struct scene *out, const char *path, const struct scene_options *o, struct err *e)
 {
-    struct scene s = {.path = xstrdup(path)};
+    struct scene s = {.path = xstrdup(path), .still = o->still};
     struct yaml *y = NULL;
     struct err ignored;
     bool ok = yaml_open(&y, path, e) && read_all(yaml_root(y), &s, o, e);
+    for (int k = 0; k < s.n_objects && !o->still; k++)
+        s.object[k].keep = env_keep_new();
     ok = yaml_close(y, ok, ok ? e : &ignored) && ok && scene_prefilter(&s, e);
     if (!ok) {
         scene_finish(&s);

@@ -2,7 +2,6 @@
 #define _GNU_SOURCE
 #include "render/surround.h"
 #include "core/mem.h"
-#include "process/env_exact.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -143,15 +142,13 @@ void surround_irradiance(const struct surround *s, struct vec3 normal, double rg
 }
 
 bool surround_prefilter(const struct surround *s, const struct material *m, const struct frame *f,
-                        int n, struct image *map, struct err *e)
+                        const struct seen_how *how, struct image *map, struct err *e)
 {
     const struct fresnel fresnel = {true, m->r0};
-    const struct env_how how = {.tolerance = 2e-3, .detail_rad = M_PI / s->env.map.h};
-    struct env_kernel kernel = {0};
-    bool ok = env_kernel_init(&kernel, &m->table, &fresnel, &how, e) &&
-              env_exact(&kernel, &s->env, f, n, map, e);
-    env_kernel_finish(&kernel);
-    if (!ok)
+    const struct env_how exact = {
+        .tolerance = 2e-3, .detail_rad = M_PI / s->env.map.h, .span = how->span};
+    const int n = how->n;
+    if (!env_keep_map(how->keep, &m->table, &fresnel, &exact, &s->env, f, how->middle, n, map, e))
         return false;
     // env_exact takes F^2 / F0^2, a plain table with its 4 pi^2.
     const double scale = m->gain * m->table_scale * m->r0 / (m->over_w2 ? 1 : 4 * M_PI * M_PI);

@@ -2,7 +2,7 @@
 // diffuse surfaces, what a flat sample shows of it, and for lobes its light in two: the brightest
 // spots as far point lights, and the rest, which is even enough to be looked up around a direction.
 #pragma once
-#include "process/environment.h"
+#include "process/env_keep.h"
 #include "render/material.h"
 
 // A far light of the environment: direction to it, irradiance of a surface that faces it.
@@ -59,9 +59,17 @@ void surround_rest(const struct surround *s, struct vec3 dir, double extent_rad,
 // 1 % on average); never below zero.
 void surround_irradiance(const struct surround *s, struct vec3 normal, double rgb[3]);
 
-// The diffracted radiance of a flat sample times o_n, over (o_t, o_b): n x n nodes from -1 to 1
+// How a prefiltered map is made: n x n nodes over all directions, of which those of a square window
+// are computed; the others stay 0.
+struct seen_how {
+    int n;
+    double middle[2], span; // of the window in (o_t, o_b); span 0: all
+    struct env_keep *keep;  // of the sample, or NULL
+};
+
+// The diffracted radiance of a flat sample times o_n, over (o_t, o_b): nodes from -1 to 1
 // (process/env_exact.h). Valid until table, Fresnel, frame or environment change.
 bool surround_prefilter(const struct surround *s, const struct material *m, const struct frame *f,
-                        int n, struct image *map, struct err *e);
+                        const struct seen_how *how, struct image *map, struct err *e);
 // Its look-up at a direction in the surface frame: radiance.
 void surround_map_at(const struct image *map, struct vec3 wo, double rgb[3]);

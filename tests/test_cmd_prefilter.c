@@ -61,6 +61,32 @@ TEST(exact_and_direct_write_the_same_map)
     image_finish(&b);
 }
 
+TEST(a_window_is_its_piece_of_the_map)
+{
+    enum { N = 65 };
+    enter_scratch("prefilter_window");
+    write_case();
+    do_run("prefilter env.pfm --lut lut.exr " SAMPLE "--size 65 -o a.pfm");
+    do_run("prefilter env.pfm --lut lut.exr " SAMPLE "--size 65 --window .3,-.2,.4 -o b.pfm");
+    struct image a, b;
+    struct err e = {0};
+    assert_true(image_read(&a, "a.pfm", &e) && image_read(&b, "b.pfm", &e));
+    for (int k = 0; k < 3 * N * N; k++) {
+        const double t = 2.0 * (k / 3 % N) / (N - 1) - 1, v = 2.0 * (k / 3 / N) / (N - 1) - 1;
+        const bool in = fabs(t - .3) <= .2 + 1e-9 && fabs(v + .2) <= .2 + 1e-9;
+        assert_near(b.px[k], in ? (double)a.px[k] : 0, 1e-5 * (1 + (double)a.px[k]));
+    }
+    image_finish(&a);
+    image_finish(&b);
+    refused("prefilter env.pfm --lut lut.exr " SAMPLE "--size 9 --window .3,-.2 -o out.pfm", 2,
+            "--window: needs T,B,WIDTH, not '.3,-.2'");
+    refused("prefilter env.pfm --lut lut.exr " SAMPLE "--size 9 --window .3,2,.1 -o out.pfm", 3,
+            "--window: T and B must be -1 to 1, WIDTH above 0 and at most 2, not .3,2,.1");
+    refused("prefilter env.pfm --lut lut.exr " SAMPLE
+            "--size 9 --method direct --window 0,0,1 -o out.pfm",
+            3, "--window: only --method exact computes a part of the map");
+}
+
 TEST(all_methods_stand_on_one_page)
 {
     enter_scratch("prefilter_methods");
@@ -90,5 +116,6 @@ TEST(impossible_samples_are_refused)
 
 TEST_MAIN(cmocka_unit_test(factors_of_a_file_filter_as_the_table_they_are_of),
           cmocka_unit_test(exact_and_direct_write_the_same_map),
+          cmocka_unit_test(a_window_is_its_piece_of_the_map),
           cmocka_unit_test(all_methods_stand_on_one_page),
           cmocka_unit_test(impossible_samples_are_refused))

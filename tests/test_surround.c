@@ -95,6 +95,38 @@ TEST(a_prefiltered_map_is_the_sum_over_the_sky)
     surround_finish(&around);
 }
 
+TEST(a_still_camera_sees_the_same_of_a_smaller_map)
+{
+    struct surround around;
+    struct image whole, part;
+    struct err e;
+    fixture_sky(&around, true);
+    struct object o = fixture_object(SHAPE_PLANE);
+    wide_table(&o.material);
+    struct scene s = fixture_scene(&o, NULL, 0);
+    s.surround = &around;
+    s.seen_size = 256;
+    assert_true(scene_prefilter(&s, &e));
+    assert_true(cpu_render(&s, false, &whole, &e));
+    const struct image all = o.seen;
+    o.seen = (struct image){0};
+    s.still = true;
+    assert_true(scene_prefilter(&s, &e));
+    assert_true(cpu_render(&s, false, &part, &e));
+    int missing = 0;
+    for (int k = 0; k < 3 * 256 * 256; k++)
+        missing += all.px[k] > 0 && !(o.seen.px[k] > 0);
+    assert_true(missing > 100000); // nodes that this camera does not see
+    assert_near(rel_rmse(&part, &whole), 0, 1e-5);
+    image_finish(&whole);
+    image_finish(&part);
+    image_finish(&o.seen);
+    o.seen = all;
+    image_finish(&o.seen);
+    material_finish(&o.material);
+    surround_finish(&around);
+}
+
 TEST(gl_shows_environments_as_the_cpu_does)
 {
     struct surround around;
@@ -123,4 +155,5 @@ TEST(gl_shows_environments_as_the_cpu_does)
 TEST_MAIN(cmocka_unit_test(an_even_sky_lights_every_side_with_pi),
           cmocka_unit_test(turning_the_sky_turns_what_is_seen),
           cmocka_unit_test(a_prefiltered_map_is_the_sum_over_the_sky),
+          cmocka_unit_test(a_still_camera_sees_the_same_of_a_smaller_map),
           cmocka_unit_test(gl_shows_environments_as_the_cpu_does))

@@ -21,6 +21,7 @@ struct args {
     const char *tangent, *normal, *method, *fresnel;
     double r0, tolerance;
     int products, rank;
+    const char *window;
     bool align;
     const char *passes;
     int taps;
@@ -47,6 +48,8 @@ static const struct opt opts[] = {
      "of the Fresnel term and the weight of angles, relative (exact)"},
     {"products", OPT_INT, AT(products), "N", NULL,
      "the best so many in place of the tolerance, 1 to 16 (exact)"},
+    {"window", OPT_LIST, AT(window), "T,B,WIDTH", NULL,
+     "compute only the directions within WIDTH/2 of (T, B); the others are 0 (exact)"},
     {"rank", OPT_INT, AT(rank), "R", "1", "products of the table; factors have theirs (separable)"},
     {"align", OPT_FLAG, AT(align), NULL, NULL,
      "turn the pattern's main directions into axes first (separable)"},
@@ -70,8 +73,9 @@ static bool read_vector(const char *text, const char *name, struct vec3 *v, stru
         return err_in(e, "--%s", name);
     if (n != 3)
         return err_set(e, ERR_USAGE, "--%s: needs X,Y,Z, not '%.60s'", name, text);
-    *v = v3(x[0], x[1], x[2]);
-    return v3_norm(*v) > 0 ||
+    const double most = fmax(fabs(x[0]), fmax(fabs(x[1]), fabs(x[2])));
+    *v = most > 0 ? v3(x[0] / most, x[1] / most, x[2] / most) : v3(0, 0, 0);
+    return most > 0 ||
            err_set(e, ERR_DATA, "--%s: %s is no direction: its length is 0", name, text);
 }
 
@@ -89,6 +93,8 @@ static bool check(const struct args *a, struct err *e)
 {
     if (!(a->r0 > 0 && a->r0 <= 1))
         return err_set(e, ERR_DATA, "bad --r0 %g: must be above 0 and at most 1", a->r0);
+    if (a->window && strcmp(a->method, "exact"))
+        return err_set(e, ERR_DATA, "--window: only --method exact computes a part of the map");
     if (a->size < 2 || a->size > 16384)
         return err_set(e, ERR_DATA, "bad --size %d: must be 2 to 16384", a->size);
     return true;
@@ -103,17 +109,60 @@ struct job {
     struct fresnel fresnel;
 };
 
+static bool read_window(const struct args *a, double window[3], struct err *e)
+{
+    window[0] = window[1] = 0;
+    window[2] = 2;
+    const int n = a->window ? cli_numbers(a->window, UNIT_NONE, window, 3, e) : 3;
+    if (n < 0)
+        return err_in(e, "--window");
+    if (n != 3)
+        return err_set(e, ERR_USAGE, "--window: needs T,B,WIDTH, not '%.60s'", a->window);
+    if (!(fabs(window[0]) <= 1 && fabs(window[1]) <= 1 && window[2] > 0 && window[2] <= 2))
+        return err_set(e, ERR_DATA,
+                       "--window: T and B must be -1 to 1, WIDTH above 0 and at most 2, not %.60s",
+                       a->window);
+    return true;
+}
+
+// What was not computed, and why.
+static void tell_skipped(const struct env_kernel *k, const struct env_light *l, int n,
+                         struct doc *d)
+{
+    long seen = 0, all = 0;
+    for (int p = 0; p < n * n; p++) {
+        const double t = env_map_cosine(p % n, n), b = env_map_cosine(p / n, n);
+        const bool disk = t * t + b * b < 1;
+        all += disk;
+        seen += disk && fabs(t - l->t) <= .5 * l->grid.span && fabs(b - l->b) <= .5 * l->grid.span;
+    }
+    const int count = k->terms.n_post;
+    doc_num(d, "skipped.light", 1 - l->used);
+    doc_num(d, "skipped.directions", all ? 1 - (double)seen / (double)all : 0);
+    doc_int(d, "skipped.products",
+            k->terms.n_kernel > 1 ? count * (count + 1) / 2 - k->terms.n : 0);
+}
+
 static bool exact(const struct job *j, struct doc *d, struct image *out, struct err *e)
 {
     const double start = now_s();
+    double window[3];
+    if (!read_window(j->a, window, e))
+        return false;
     const struct env_how how = {.tolerance = j->a->tolerance,
                                 .products = j->a->products,
-                                .detail_rad = M_PI / j->env->map.h};
+                                .detail_rad = M_PI / j->env->map.h,
+                                .span = window[2]};
     struct env_kernel k;
+    struct env_light l = {0};
     if (!env_kernel_init(&k, j->lut, &j->fresnel, &how, e))
         return false;
     const double ready = now_s();
-    const bool ok = env_exact(&k, j->env, &j->frame, j->a->size, out, e);
+    const bool ok = env_light_init(&l, &k, j->env, &j->frame, window[0], window[1], e) &&
+                    env_exact_map(&k, &l, j->a->size, out, e);
+    if (ok)
+        tell_skipped(&k, &l, j->a->size, d);
+    env_light_finish(&l);
     doc_int(d, "grid", k.grid.side);
     doc_int(d, "products", k.terms.n);
     doc_int(d, "transforms", k.terms.n_pre + k.terms.n_post);

@@ -75,7 +75,8 @@ static bool parse_options(const struct args *a, struct scene_options *o, struct 
                                 .tables = a->tables,
                                 .environment = a->environment,
                                 .illuminant = a->illuminant,
-                                .exposure_ev = NAN};
+                                .exposure_ev = NAN,
+                                .still = true};
     if (a->size && !parse_size(a->size, &o->w, &o->h, e))
         return false;
     if (!a->exposure)
