@@ -5,7 +5,7 @@
 #pragma once
 #include "process/env_exact.h"
 
-struct env_keep; // holds up to 1 GB; more is made anew each time
+struct env_keep; // holds up to 500 MB; more is made anew each time
 
 struct env_keep *env_keep_new(void);
 void env_keep_free(struct env_keep *keep);      // accepts NULL
