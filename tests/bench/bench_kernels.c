@@ -1,10 +1,10 @@
 // bench_kernels.c - the hot kernels against what this machine can do: bytes and flops counted,
 // memory bandwidth and FMA rate measured here and now; and how their time grows with size.
 //
-// The limit is the larger of bytes / bandwidth and flops / rate. Bytes are those that must come and
-// go once if caches keep everything else, flops those of the plain formula. Products and sums are
-// not contracted (the same bytes on every machine) but in blurs: others reach half of the FMA rate
-// at most.
+// The limit is the larger of bytes / bandwidth and flops / rate; what stays in the cache passes it.
+// Bytes are those that must come and go once if caches keep everything else, flops those of the
+// plain formula. Products and sums are not contracted (the same bytes on every machine) but in
+// blurs: others reach half of the FMA rate at most.
 #define _GNU_SOURCE
 #include "core/mem.h"
 #include "process/blur.h"
@@ -259,7 +259,7 @@ static bool one_size(struct bench_report *r, int n, double bytes_per_s, double f
             continue;
         snprintf(text, sizeof text, "%d x %d, %s", n, n,
                  by_bytes > by_flops ? "bound by memory" : "bound by arithmetic");
-        bench_row(r, q->name, text, t, 1 - reached, "1 - share of the limit");
+        bench_row(r, q->name, text, t, fmax(0, 1 - reached), "1 - share of the limit");
         bench_figure(r, q->name, 100 * reached, "% of the limit");
         if (reached < 1. / 3)
             bench_note(r, "%s: %s", q->name, q->why);

@@ -70,7 +70,7 @@ static bool put_rig(const char *folder, const char *name, double irradiance, str
                "black: 256, responsivity: 4e5}\n"
                "lights:\n  trigger: 'sim:lines=1,world=@run'\n"
                "  list: [{name: led, line: 0, irradiance: %g, centre: 560nm, width: 180nm, "
-               "max_on: 5s, max_duty: 1, lead: 500us, lag: 500us}]\n"
+               "max_on: 60s, max_duty: 1, lead: 500us, lag: 500us}]\n"
                "filters:\n  trigger: 'sim:positions=6,world=@run'\n  list:\n%s"
                "    - {name: open, position: %d}\n",
                name, name, irradiance, filters, E2E_FILTERS);
