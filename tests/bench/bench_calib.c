@@ -113,6 +113,22 @@ static bool run_light(void *ctx, struct err *e)
     return light_from_lines(&r->light, line, BALLS, e);
 }
 
+// What a camera of 20,000 electrons and 8 bits makes of the boards, under light that is uneven by
+// half.
+static void spoil_boards(struct setup *r)
+{
+    uint64_t seed = 4;
+    for (int k = 0; k < VIEWS; k++)
+        for (int j = 0; j < H; j++)
+            for (int i = 0; i < W; i++) {
+                float *px = &r->board[k][j * W + i];
+                const double x = (double)*px * (1 + 0.5 * ((double)i / W - 0.5));
+                const double noisy = x + sqrt(fmax(0, x) / 20000 + 4e-6) * noise_gauss(&seed);
+                const double code = floor(255 * srgb_encode(fmin(1, fmax(0, noisy))) + 0.5);
+                *px = (float)srgb_decode(code / 255);
+            }
+}
+
 // The largest difference of h within 40 degrees of the axis.
 static double worst_h(const struct setup *r)
 {
@@ -144,6 +160,13 @@ static bool positions(struct bench_report *r, struct err *e)
         bench_row(r, "light", "4 balls of 40 mm, at 1.15 m", t,
                   v3_norm(v3_sub(v3(p[0], p[1], p[2]), truth)), "position, m");
     }
+    if (ok) {
+        spoil_boards(&rig);
+        ok = bench_measure(run_lens, &rig, &t, e) && run_geometry(&rig, e);
+    }
+    if (ok)
+        bench_row(r, "lens", "8 bit, noise, uneven light", t, worst_h(&rig),
+                  "half vector, largest");
     for (int k = 0; k < VIEWS; k++)
         free(rig.board[k]);
     for (int k = 0; k < BALLS; k++)
