@@ -70,16 +70,18 @@ static char *last_words(const char *text)
     return end > begin ? xasprintf("%.*s", (int)(end - begin), begin) : NULL;
 }
 
-// The first stage in the order of work that has no product but a log: it ran and failed.
+// The first stage in the order of work that has no product but last words; else the first with a
+// log. (When a job of several stages fails on a cluster, what it had made is removed with it.)
 static void find_failure(struct entry *s, const struct place *p, struct ynode *stages)
 {
-    for (int k = 0; !s->failed && k < s->n_stages; k++) {
+    for (int k = 0; !s->reason && k < s->n_stages; k++) {
         const char *log = ynode_text(ymap_find(ylist_at(stages, k), "log"));
         if (is_there(p, s->stage[k].file) || !is_there(p, log))
             continue;
         char *text = slurp(p, log);
-        s->failed = s->stage[k].name;
         s->reason = text ? last_words(text) : NULL;
+        if (s->reason || !s->failed)
+            s->failed = s->stage[k].name;
         free(text);
     }
 }
