@@ -45,7 +45,7 @@ static bool cut_surround(struct sampling *p, const struct scene *s, int passes, 
     const struct image *all = &s->surround->env.map, *spots = &s->surround->spots;
     if (alone && !(p->all = surround_cut(all, SURROUND_LIGHTS, passes, &p->n_all, e)))
         return false;
-    return !by_far || (p->spots = surround_cut(spots, SURROUND_LIGHTS, passes, &p->n_spots, e));
+    return !by_far || (p->spots = surround_cut(spots, SURROUND_SPOTS, passes, &p->n_spots, e));
 }
 
 bool sampling_init(struct sampling *p, const struct scene *s, int side, struct err *e)

@@ -55,9 +55,15 @@ struct surround_light *surround_cut(const struct image *map, int most, int parts
         power[k] = surround_row_angle(map, (int)(k / w)) * luminance(map->px + 3 * k);
     const struct cut_grid g = {map->w, map->h, power, x, y, slant};
     const int cells = power && part && light ? cut_cells(&g, most, parts, part, e) : -1;
-    *n = cells < 0 || !(part[0].power > 0) ? 0 : cells * parts;
-    for (int k = 0; k < *n; k++)
-        light[k] = light_of(map, &part[k]);
+    *n = 0;
+    for (int k = 0; k < cells; k++) {
+        const struct cut_part *p = part + (size_t)k * (size_t)parts;
+        double power_of_cell = 0;
+        for (int q = 0; q < parts; q++)
+            power_of_cell += p[q].power;
+        for (int q = 0; q < parts && power_of_cell > 0; q++) // of a cell that is not dark
+            light[(*n)++] = light_of(map, &p[q]);
+    }
     if (cells < 0) {
         free(light);
         light = NULL;
@@ -82,10 +88,10 @@ static int brighter_first(const void *a, const void *b)
 }
 
 // The luminance above which there is so little of the sphere that the lights of one picture lie
-// half a degree apart there.
+// a degree apart there.
 static bool find_limit(const struct image *im, double *limit, struct err *e)
 {
-    const double spots_sr = SURROUND_LIGHTS * 1e-4;
+    const double spots_sr = SURROUND_SPOTS * 2e-4;
     const size_t n = (size_t)im->w * (size_t)im->h;
     struct ranked *r = sample_alloc(n, sizeof *r, "an environment", e);
     if (!r)

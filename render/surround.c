@@ -62,9 +62,10 @@ static void add_harmonics(struct surround *s)
     }
 }
 
-static bool cut_into(const struct image *map, struct surround_light *to, int *n, struct err *e)
+static bool cut_into(const struct image *map, int most, struct surround_light *to, int *n,
+                     struct err *e)
 {
-    struct surround_light *light = surround_cut(map, SURROUND_LIGHTS, 1, n, e);
+    struct surround_light *light = surround_cut(map, most, 1, n, e);
     if (light)
         memcpy(to, light, (size_t)*n * sizeof *light);
     free(light);
@@ -83,9 +84,10 @@ bool surround_init(struct surround *s, struct environment *env, double intensity
     const long columns = lround(turn_rad / (2 * M_PI) * im->w) % im->w;
     turn(im, (int)(columns < 0 ? columns + im->w : columns));
     add_harmonics(s);
-    const bool ok = cut_into(im, s->light, &s->n_lights, e) &&
+    const bool ok = cut_into(im, SURROUND_LIGHTS, s->light, &s->n_lights, e) &&
                     surround_part(im, &s->spots, &rest, e) &&
-                    cut_into(&s->spots, s->spot, &s->n_spots, e) && surround_levels(s, &rest, e);
+                    cut_into(&s->spots, SURROUND_SPOTS, s->spot, &s->n_spots, e) &&
+                    surround_levels(s, &rest, e);
     image_finish(&rest);
     if (!ok)
         surround_finish(s);

@@ -13,6 +13,7 @@ struct surround_light {
 
 enum {
     SURROUND_LIGHTS = 128, // numbered in a byte
+    SURROUND_SPOTS = 64,
     SURROUND_TERMS = 9,
     SURROUND_LEVELS = 15
 };
@@ -22,8 +23,8 @@ struct surround {
     bool shown;                                   // behind the objects
     struct surround_light light[SURROUND_LIGHTS]; // all of it
     int n_lights;
-    struct image spots;                          // the brightest pixels, but for what `rest` holds
-    struct surround_light spot[SURROUND_LIGHTS]; // they as lights
+    struct image spots;                         // the brightest pixels, but for what `rest` holds
+    struct surround_light spot[SURROUND_SPOTS]; // they as lights
     int n_spots;
     struct image rest[SURROUND_LEVELS]; // the map without spots; each level half the one before
     int n_levels;

@@ -96,23 +96,23 @@ TEST(the_cells_integral_is_the_table_s)
     material_finish(&m);
 }
 
-// A soft room and a lamp of 2 degrees.
-static void room(struct surround *s)
+// A soft room and, in that direction, a lamp of a degree.
+static void room(struct surround *s, struct vec3 to)
 {
     struct environment env = {0};
     struct err e;
-    assert_true(image_init(&env.map, 512, 256, 3, &e));
-    for (int k = 0; k < 512 * 256; k++) {
-        const struct vec3 d = latlong_dir(k % 512, k / 512, 512, 256);
-        const double lamp = v3_dot(d, v3_unit(v3(0.3, 0.5, 1)));
+    assert_true(image_init(&env.map, 1024, 512, 3, &e));
+    for (int k = 0; k < 1024 * 512; k++) {
+        const struct vec3 d = latlong_dir(k % 1024, k / 1024, 1024, 512);
+        const double lamp = 500 * exp(2 * (v3_dot(d, to) - 1) / (0.015 * 0.015));
         for (int c = 0; c < 3; c++)
-            env.map.px[3 * k + c] =
-                (float)(1 + 0.5 * sin(3 * d.x + c) * d.y + (lamp > cos(0.0175) ? 500 : 0));
+            env.map.px[3 * k + c] = (float)(1 + 0.5 * sin(3 * d.x + c) * d.y + lamp);
     }
     assert_true(surround_init(s, &env, 1, 0, &e));
 }
 
-// The same by brute force: all directions of a fine grid over (u, v), the room read as it is.
+// The same by brute force: all directions of a fine grid over (u, v), the room read as
+// environment.h defines it between its pixels.
 static void brute(const struct surround *s, const struct material *m, const struct frame *f,
                   struct vec3 wo, double out[3])
 {
@@ -128,7 +128,7 @@ static void brute(const struct surround *s, const struct material *m, const stru
         const struct vec3 wi = v3(x, y, sqrt(square));
         double pattern[3], light[3];
         material_diffraction(m, wi, wo, pattern);
-        surround_radiance(s, frame_world(f, wi), light);
+        environment_radiance(&s->env, frame_world(f, wi), light);
         for (int c = 0; c < 3; c++)
             sum[c] += pattern[c] * light[c] * step * step / wi.z;
     }
@@ -136,37 +136,47 @@ static void brute(const struct surround *s, const struct material *m, const stru
         out[c] = sum[c];
 }
 
+// What one ray to a place of the disc meets.
+static struct vec3 look(struct scene *s, double angle, struct hit *hit)
+{
+    const struct shape *shape = &s->object[0].shape;
+    struct vec3 dir;
+    s->camera.target_m = frame_world(&shape->frame, v3(0.04 * cos(angle), 0.04 * sin(angle), 0));
+    camera_ray(&s->camera, 0, 0, 1, 1, &dir);
+    assert_true(shape_hit(shape, s->camera.eye_m, dir, hit));
+    return frame_local(&hit->frame, v3_scale(-1, v3_unit(dir)));
+}
+
 TEST(the_reference_under_an_environment_is_the_integral_over_all_directions)
 {
-    struct surround around;
-    struct image im;
-    struct err e;
-    room(&around);
+    // Of the lamp's half vector: on the middle lobe, beside it, on a first order, on none.
+    static const double u[] = {0, 0.02, 0.4, 0.2};
     struct object o = fixture_object(SHAPE_DISC); // its tangents turn: no map holds for all of it
-    narrow_lobes(&o.material);
     struct scene s = fixture_scene(&o, NULL, 0);
-    s.surround = &around;
+    narrow_lobes(&o.material);
     s.camera.fov_rad = 1e-6; // one point
     s.w = s.h = 1;
     for (int k = 0; k < 4; k++) {
-        const double angle = 0.4 + 1.7 * k;
+        struct surround around;
+        struct image im;
         struct hit hit;
-        struct vec3 dir;
+        struct err e;
         double truth[3];
-        s.camera.target_m =
-            frame_world(&o.shape.frame, v3(0.04 * cos(angle), 0.04 * sin(angle), 0));
+        const struct vec3 wo = look(&s, 0.4 + 1.7 * k, &hit);
+        struct vec3 lamp = v3(u[k] - wo.x, -wo.y, 0);
+        lamp.z = sqrt(1 - lamp.x * lamp.x - lamp.y * lamp.y);
+        room(&around, frame_world(&hit.frame, lamp));
+        s.surround = &around;
         assert_true(cpu_render(&s, true, &im, &e));
-        camera_ray(&s.camera, 0, 0, 1, 1, &dir);
-        assert_true(shape_hit(&o.shape, s.camera.eye_m, dir, &hit));
-        brute(&around, &o.material, &hit.frame, frame_local(&hit.frame, v3_scale(-1, v3_unit(dir))),
-              truth);
+        brute(&around, &o.material, &hit.frame, wo, truth);
+        print_message("place %d: %g of %g\n", k, (double)im.px[1], truth[1]);
         for (int c = 0; c < 3; c++)
             if (!(fabs((double)im.px[c] / truth[c] - 1) < 0.01))
                 fail_msg("place %d, channel %d: %g, not %g", k, c, (double)im.px[c], truth[c]);
         image_finish(&im);
+        surround_finish(&around);
     }
     material_finish(&o.material);
-    surround_finish(&around);
 }
 
 TEST_MAIN(cmocka_unit_test(cells_cover_the_grid_once_and_share_its_power),

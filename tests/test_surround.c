@@ -35,6 +35,33 @@ TEST(an_even_sky_lights_every_side_with_pi)
     surround_finish(&s);
 }
 
+TEST(spots_and_the_rest_hold_all_of_the_light)
+{
+    struct surround s;
+    struct environment env = {0};
+    struct err e;
+    double all = 0, spots = 0, rest[3] = {0};
+    assert_true(image_init(&env.map, 200, 100, 3, &e)); // not a power of two
+    for (int k = 0; k < 200 * 100 * 3; k++)
+        env.map.px[k] = (float)(k / 3 == 50 * 200 + 31 ? 3000 : 1 + 0.5 * sin(0.01 * k));
+    assert_true(surround_init(&s, &env, 1, 0, &e));
+    for (int k = 0; k < 200 * 100; k++)
+        all += surround_row_angle(&s.env.map, k / 200) * (double)s.env.map.px[3 * k + 1];
+    for (int k = 0; k < s.n_spots; k++)
+        spots += s.spot[k].irradiance[1];
+    for (int level = 0; level < s.n_levels; level++) {
+        const struct image *im = &s.rest[level];
+        double sum = 0;
+        for (int k = 0; k < im->w * im->h; k++)
+            sum += surround_row_angle(im, k / im->w) * (double)im->px[3 * k + 1];
+        assert_near((spots + sum) / all, 1, 1e-5);
+    }
+    assert_true(spots > 0.1 * all);
+    surround_rest(&s, v3(0, 1, 0), 10, rest); // the last level: nearly the mean
+    assert_true(rest[1] > 0.2 && rest[1] < 10);
+    surround_finish(&s);
+}
+
 TEST(turning_the_sky_turns_what_is_seen)
 {
     struct surround a, b;
@@ -147,12 +174,14 @@ TEST(gl_shows_environments_as_the_cpu_does)
         assert_int_equal(o.seen.px != NULL, k == SHAPE_PLANE);
         compare_backends(&s);
         image_finish(&o.seen);
+        lobes_finish(&o.lobes[DIFFRACTION_TABLE]);
         material_finish(&o.material);
     }
     surround_finish(&around);
 }
 
 TEST_MAIN(cmocka_unit_test(an_even_sky_lights_every_side_with_pi),
+          cmocka_unit_test(spots_and_the_rest_hold_all_of_the_light),
           cmocka_unit_test(turning_the_sky_turns_what_is_seen),
           cmocka_unit_test(a_prefiltered_map_is_the_sum_over_the_sky),
           cmocka_unit_test(a_still_camera_sees_the_same_of_a_smaller_map),

@@ -113,7 +113,7 @@ void source_hide(struct view *v)
     struct source *s = &v->source;
     s->on = s->playing = s->has_stats = false;
     s->order.frames = 0;
-    s->level = 0;
+    s->level = s->pitch_frames = 0;
     s->lambda_m = s->cx = s->cy = NAN;
     s->trouble[0] = 0;
     reel_finish(&s->reel);
@@ -177,9 +177,14 @@ static void take_table(struct view *v)
         return;
     }
     view_show_table(v);
+    // Few frames are mostly noise; and somebody may have set another pitch meanwhile.
+    if (first || (s->frames >= s->pitch_frames && v->params->v[PARAM_PITCH] == s->pitch_m)) {
+        param_set(v->params, PARAM_PITCH, g->pitch_m);
+        s->pitch_m = v->params->v[PARAM_PITCH];
+        s->pitch_frames = s->frames;
+    }
     if (first) {
         param_set(v->params, PARAM_KIND, DIFFRACTION_TABLE);
-        param_set(v->params, PARAM_PITCH, g->pitch_m);
         view_choose_panes(v);
     }
 }

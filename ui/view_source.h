@@ -27,6 +27,8 @@ struct source {
     struct growth growth;      // the worker's while it is busy
     struct growth_order order; // wanted; frames 0: nothing
     double lambda_m, cx, cy;   // found by growth: px of the camera; NAN: not yet
+    double pitch_m;            // that it has found and set last,
+    int pitch_frames;          // from so many of them
     struct hdr_noise noise;    // counts squared
     int level, frames;         // of the table shown
     double seconds;            // that it took
