@@ -103,6 +103,17 @@ TEST(a_changed_input_is_named)
     expect("session replay s --verify", 0, "", "");
 }
 
+TEST(a_list_of_records_is_found_from_within_and_on_record)
+{
+    char line[600];
+    shell("printf 'nm,value\n640,0\n650,1\n660,0\n' >band.csv");
+    snprintf(line, sizeof line, "%s --band band.csv -o s/products/b.exr", lut);
+    expect(line, 0, "", "");
+    expect("session replay s --verify --json", 0, "\"same\": 3", "");
+    shell("printf '670,0\n' >>band.csv");
+    expect("session replay s --verify", 6, "", "band.csv");
+}
+
 TEST(an_altered_frame_is_named)
 {
     shell("printf x | dd of=s/frames/000002.dng bs=1 seek=3000 conv=notrunc 2>dd");
@@ -141,6 +152,7 @@ int main(void)
         T(the_same_command_from_another_folder_makes_the_same_bytes),
         T(a_product_that_was_changed_or_lost_is_named),
         T(a_changed_input_is_named),
+        T(a_list_of_records_is_found_from_within_and_on_record),
         T(an_altered_frame_is_named),
         T(a_product_elsewhere_is_on_record_too),
         T(a_product_made_again_replaces_its_record),

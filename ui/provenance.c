@@ -20,6 +20,8 @@ struct provenance {
     const char **out;   // the value of -o, in args
     const char ***path; // [n_paths] other words that are paths, in args or cli->operand
     int n_paths;
+    const char ***list; // [n_lists] words that are lists with paths in them, in args
+    int n_lists;
     char *session, *line; // NULL: nothing is recorded; NULL: as it was typed
     bool inside;          // the product lies in the session
     struct product product;
@@ -40,6 +42,12 @@ static bool holds_path(const struct opt *o)
     return o->kind == OPT_FILE || (o->kind == OPT_TEXT && o->arg && strstr(o->arg, "FILE"));
 }
 
+// Lists of records or pictures: "FILE,..", "IMAGE,..".
+static bool holds_paths(const struct opt *o)
+{
+    return o->kind == OPT_LIST && (strstr(o->arg, "FILE,") || strstr(o->arg, "IMAGE,"));
+}
+
 static void add_path(struct provenance *p, const char **at, const char *offered)
 {
     if (*at && !is_keyword(offered, *at) && !access(*at, F_OK)) {
@@ -56,6 +64,10 @@ static void find_paths(struct provenance *p, const struct command *cmd, void *ar
             p->out = at;
         else if (holds_path(o))
             add_path(p, at, o->arg);
+        else if (holds_paths(o) && *at) {
+            p->list = xrealloc(p->list, (size_t)p->n_lists + 1, sizeof *p->list);
+            p->list[p->n_lists++] = at;
+        }
     }
     for (int k = 0; k < cli->n; k++)
         add_path(p, (const char **)&cli->operand[k], k ? NULL : cmd->operands);
@@ -103,6 +115,21 @@ static char *from_within(const char *folder, const char *path)
     return xstrdup(full[n] ? full + n + 1 : ".");
 }
 
+// The same of each path in a list.
+static char *all_from_within(const char *folder, const char *list)
+{
+    char *copy = xstrdup(list), *rest = copy, *all = NULL;
+    for (char *one; (one = strsep(&rest, ","));) {
+        char *path = access(one, F_OK) ? xstrdup(one) : from_within(folder, one);
+        char *longer = xasprintf("%s%s%s", all ? all : "", all ? "," : "", path);
+        free(path);
+        free(all);
+        all = longer;
+    }
+    free(copy);
+    return all;
+}
+
 static char *keep(struct provenance *p, char *word)
 {
     p->own = xrealloc(p->own, (size_t)p->n_own + 1, sizeof *p->own);
@@ -128,6 +155,8 @@ static bool go_inside(struct provenance *p, char *real_out, struct err *e)
 {
     for (int k = 0; k < p->n_paths; k++)
         replace(p, p->path[k], from_within(p->session, *p->path[k]));
+    for (int k = 0; k < p->n_lists; k++)
+        replace(p, p->list[k], all_from_within(p->session, *p->list[k]));
     replace(p, p->out, from_within(p->session, real_out));
     p->line = words_join(p->argc, p->argv);
     p->product.path = xstrdup(*p->out);
@@ -135,19 +164,30 @@ static bool go_inside(struct provenance *p, char *real_out, struct err *e)
     return !chdir(p->session) || err_errno(e, "%s", p->session);
 }
 
+static bool note_input(struct provenance *p, const char *path, struct err *e)
+{
+    char hex[SHA256_TEXT];
+    struct stat st;
+    if (stat(path, &st) || (!S_ISREG(st.st_mode) && !is_session_folder(path)))
+        return true;
+    if (!product_hash(path, hex, e))
+        return false;
+    product_add_input(&p->product, path, hex);
+    return true;
+}
+
 static bool note_inputs(struct provenance *p, struct err *e)
 {
-    for (int k = 0; k < p->n_paths; k++) {
-        char hex[SHA256_TEXT];
-        struct stat st;
-        const char *path = *p->path[k];
-        const bool is_input = !stat(path, &st) && (S_ISREG(st.st_mode) || is_session_folder(path));
-        if (is_input && !product_hash(path, hex, e))
-            return false;
-        if (is_input)
-            product_add_input(&p->product, path, hex);
+    bool ok = true;
+    for (int k = 0; ok && k < p->n_paths; k++)
+        ok = note_input(p, *p->path[k], e);
+    for (int k = 0; ok && k < p->n_lists; k++) {
+        char *copy = xstrdup(*p->list[k]), *rest = copy;
+        for (char *one; ok && (one = strsep(&rest, ","));)
+            ok = note_input(p, one, e);
+        free(copy);
     }
-    return true;
+    return ok;
 }
 
 static char *first_session(const struct provenance *p)
@@ -220,6 +260,7 @@ bool provenance_end(struct provenance *p, bool done, struct err *e)
     free(p->own);
     free(p->argv);
     free(p->path);
+    free(p->list);
     free(p->session);
     free(p->line);
     product_finish(&p->product);
