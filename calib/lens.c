@@ -16,6 +16,8 @@ static struct corners corners_copy(const struct corners *c)
 {
     const size_t n = (size_t)c->n;
     struct corners out = {c->n, xcalloc(n, sizeof *out.id), xcalloc(n, sizeof *out.px)};
+    if (!n) // of a record without them
+        return out;
     memcpy(out.id, c->id, n * sizeof *out.id);
     memcpy(out.px, c->px, n * sizeof *out.px);
     return out;
