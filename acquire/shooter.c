@@ -16,7 +16,7 @@
 #include <string.h>
 #include <sys/statvfs.h>
 
-enum { TODO = 64, SPARE_JOBS = 12 };
+enum { MAX_TODO = 64, SPARE_JOBS = 12 };
 static const int64_t BEAT_NS = 100000000;
 
 struct shooter {
@@ -30,7 +30,7 @@ struct shooter {
     struct run *run;
     struct loop_source *on_cam, *on_filter, *on_lights, *on_writer, *timer, *beat;
 
-    struct run_action todo[TODO];
+    struct run_action todo[MAX_TODO];
     int n_todo;
     struct session_frame taken; // the frame of this shot, until the light is off
     uint16_t *taken_raw;
@@ -143,7 +143,7 @@ static void feed(struct shooter *s, struct run_event ev)
     for (int k = 0; k < out.n; k++) {
         if (out.action[k].kind == RUN_DO_TAKE)
             take(s, ev.frame, ev.start_ns); // its pixels are gone when this event is over
-        else if (s->n_todo < TODO)
+        else if (s->n_todo < MAX_TODO)
             s->todo[s->n_todo++] = out.action[k];
         else
             abort(); // a bug: the run waits for answers

@@ -123,6 +123,14 @@ static struct hfield like(const struct hfield *hf)
     return out;
 }
 
+static void assert_within_the_paper(bool noisy, double miss, double light)
+{
+    print_message("%s: RMSE %.2f %%, diffraction %.2f %%\n", noisy ? "noisy" : "clean", 100 * miss,
+                  100 * light);
+    assert_true(miss < (noisy ? 0.0583 : 0.03));
+    assert_true(light < 0.1);
+}
+
 TEST(a_blazed_grating_comes_back_within_three_percent_and_with_noise_within_the_papers_figure)
 {
     enter_scratch("bokeh_sim");
@@ -154,10 +162,7 @@ TEST(a_blazed_grating_comes_back_within_three_percent_and_with_noise_within_the_
         }
         const double miss = rmse(&hf, &truth);
         const double light = diffraction_error(&hf, &truth, 1 / 6e5, INFINITY, 0);
-        print_message("%s: RMSE %.2f %%, diffraction %.2f %%\n", noisy ? "noisy" : "clean",
-                      100 * miss, 100 * light);
-        assert_true(miss < (noisy ? 0.0583 : 0.03));
-        assert_true(light < 0.1);
+        assert_within_the_paper(noisy, miss, light);
         hfield_finish(&hf);
         hfield_finish(&truth);
     }
@@ -193,10 +198,7 @@ TEST(a_phone_comes_back_within_three_percent_with_its_periods_and_diffracts_as_i
             }
         const double miss = rmse(&hf, &truth);
         const double light = diffraction_error(&hf, &truth, 6.2e-6 / 3, 7.8e-6, 9.4 * M_PI / 180);
-        print_message("%s: RMSE %.2f %%, diffraction %.2f %%\n", noisy ? "noisy" : "clean",
-                      100 * miss, 100 * light);
-        assert_true(miss < (noisy ? 0.0583 : 0.03));
-        assert_true(light < 0.1);
+        assert_within_the_paper(noisy, miss, light);
         hfield_finish(&hf);
         hfield_finish(&truth);
     }

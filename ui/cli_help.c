@@ -20,12 +20,22 @@ bool cli_opt_is_of(const struct opt *o, const struct verb *verb)
     return !verb || !o->verbs || is_of(o->verbs, verb->name);
 }
 
+const char *cli_opt_value(const struct opt *o)
+{
+    return o->kind == OPT_FLAG ? "" : o->arg ? o->arg : "VALUE";
+}
+
+const char *cli_opt_default(const struct opt *o)
+{
+    return !o->needed && o->def && strcmp(o->def, "0") ? o->def : NULL;
+}
+
 static void print_opts(const struct opt *opts, const struct verb *verb, FILE *to)
 {
     for (; opts && opts->name; opts++) {
         if (!cli_opt_is_of(opts, verb))
             continue;
-        const char *value = opts->kind == OPT_FLAG ? "" : opts->arg ? opts->arg : "VALUE";
+        const char *value = cli_opt_value(opts), *def = cli_opt_default(opts);
         char *left =
             xasprintf("%s%s%s%s", opts->name[1] ? "--" : "-", opts->name, *value ? " " : "", value);
         fprintf(to, strlen(left) > 26 ? "  %s\n%30s" : "  %-28s", left, "");
@@ -33,8 +43,8 @@ static void print_opts(const struct opt *opts, const struct verb *verb, FILE *to
         fputs(opts->help, to);
         if (opts->needed)
             fputs(" (needed)", to);
-        else if (opts->def && strcmp(opts->def, "0"))
-            fprintf(to, " [%s]", opts->def);
+        else if (def)
+            fprintf(to, " [%s]", def);
         fputc('\n', to);
     }
 }

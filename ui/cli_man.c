@@ -52,18 +52,18 @@ static void options(const struct opt *opts, const struct verb *verb, FILE *to)
         fprintf(to, ".TP\n\\fB%s", opts->name[1] ? "\\-\\-" : "\\-");
         put(opts->name, to);
         fputs("\\fR", to);
-        if (opts->kind != OPT_FLAG) {
+        if (*cli_opt_value(opts)) {
             fputs(" \\fI", to);
-            put(opts->arg ? opts->arg : "VALUE", to);
+            put(cli_opt_value(opts), to);
             fputs("\\fR", to);
         }
         fputc('\n', to);
         put(opts->help, to);
-        if (opts->needed) {
+        if (opts->needed)
             fputs(" (needed)", to);
-        } else if (opts->def && strcmp(opts->def, "0")) {
+        if (cli_opt_default(opts)) {
             fputs(" [", to);
-            put(opts->def, to);
+            put(cli_opt_default(opts), to);
             fputc(']', to);
         }
         fputc('\n', to);
@@ -77,13 +77,10 @@ static void verbs(const struct command *cmd, FILE *to)
         put(v->name, to);
         fputc('\n', to);
         put(v->summary, to);
-        fputs(".\n.PP\n\\fBnacre ", to);
-        put(cmd->name, to);
-        fputc(' ', to);
-        put(v->name, to);
-        fputs("\\fR ", to);
-        put(v->operands, to);
-        fputs(*v->operands ? " [options]\n" : "[options]\n", to);
+        fputs(".\n.PP\n", to);
+        char words[80];
+        snprintf(words, sizeof words, "nacre %s %s", cmd->name, v->name);
+        usage(words, v->operands, to);
         options(cmd->opts, v, to);
     }
 }
