@@ -69,6 +69,24 @@ static int listen_at(const struct sockaddr_un *a, struct err *e)
     return -1;
 }
 
+// The file locked by us alone. Who holds it takes it away: it counts only while it is still there.
+static int hold(const char *name, struct err *e)
+{
+    for (;;) {
+        struct stat held, there;
+        const int fd = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+        if (fd < 0 || flock(fd, LOCK_EX) || fstat(fd, &held)) {
+            err_errno(e, "%s", name);
+            if (fd >= 0)
+                close(fd);
+            return -1;
+        }
+        if (!stat(name, &there) && held.st_ino == there.st_ino && held.st_dev == there.st_dev)
+            return fd;
+        close(fd);
+    }
+}
+
 // Two that start at the same time must not unlink each other's socket.
 int server_listen(const char *path, struct err *e)
 {
@@ -76,14 +94,11 @@ int server_listen(const char *path, struct err *e)
     if (!address(path, &a, e))
         return -1;
     char *name = xasprintf("%s.lock", path);
-    const int lock = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    int fd = -1;
-    if (lock < 0 || flock(lock, LOCK_EX))
-        err_errno(e, "%s", name);
-    else
-        fd = listen_at(&a, e);
-    if (lock >= 0)
+    const int lock = hold(name, e), fd = lock < 0 ? -1 : listen_at(&a, e);
+    if (lock >= 0) {
+        unlink(name);
         close(lock);
+    }
     free(name);
     return fd;
 }
