@@ -263,8 +263,10 @@ static bool write_report(const char *out, const struct run *run, struct err *e)
     html_picture(&h, "truth.png", "True table.");
     fputs("</div>", h.f);
     section(&h, JUDGE, out);
-    html_picture(&h, "error.png",
-                 "Error of the table, logarithmic: bright is the worst, black 1e-4 of it.");
+    html_picture(
+        &h, "error.png",
+        "Error of the table, logarithmic: bright is the worst, black 1e-4 of it; grey was not "
+        "measured (rays through hot pixels).");
     section(&h, RENDER, out);
     section(&h, GRATING, out);
     section(&h, BOKEH_RECORD, out);
